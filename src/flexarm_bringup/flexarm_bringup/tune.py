@@ -102,8 +102,8 @@ def middle_of(record: Epochs, path: Path, max_gap: float) -> float:
     begin, end = t[0], t[-1]
     for k in list(beginnings(t, max_gap))[1:]:
         raise BagError(
-            f"{path}: {t[k] - t[k - 1]:+.3g} s from one sample to the next at {t[k - 1] - begin:.3f} s; there the "
-            f"filter begins anew (max_gap {max_gap:g} s): expected one recording without a pause"
+            f"{path}: {t[k] - t[k - 1]:+.3g} s from one sample to the next at {t[k - 1] - begin:.3f} s: the "
+            f"filter begins anew there (max_gap {max_gap:g} s); expected one recording without a pause"
         )
     if end - begin <= 2 * SETTLING:
         raise BagError(

@@ -80,7 +80,7 @@ REPORTS: list[tuple[str, dict[str, Any]]] = [
     ("plot BAG --html DIR/p.html", {"draw_each": lambda *_: ([], {})}),
     ("ablate BAG", {"run_parallel": none_of, "judge_tracks": none_of, "build_page": nothing}),
     ("smooth BAG", {"run_estimator": none_of, "track_of": these(stamps_ns=[0]), "run_smoother": none_of,
-                    "since": none_of, "build_page": nothing}),
+                    "judged_with": none_of, "build_page": nothing}),
     ("tune BAG", {"Tuner": these(tune=these(noise=None)), "judge": none_of, "refuse_unlikely": nothing,
                   "build_page": nothing}),
     ("drift BAG", {"watch_bag": watched}),

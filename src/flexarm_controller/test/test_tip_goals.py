@@ -80,3 +80,18 @@ def test_what_no_bending_mends_is_refused_without_asking_how_the_arm_rests(facto
     monkeypatch.setattr(tip, "_resting", None)
     with pytest.raises(MotionError, match=r"^out of reach: the tip stays \d"):
         tip.solve(TipGoal(pose), np.array(config.home))
+
+
+def test_a_goal_of_an_arm_that_has_become_softer_is_that_of_one_described_so():
+    path, pose = find_manipulator("variable_stiffness"), np.eye(4)
+    pose[:3, 3] = 0.30, 0.10, 0.25
+    stiff = TipKinematics(ReducedTree(load_config(path), use_compiler=False))
+    softer = stiff.under({"pressure": 1.2e5})
+    changed = load_config(path, changes={"parameters.pressure": "1.2 bar"})
+    described = TipKinematics(ReducedTree(changed, use_compiler=False))
+    near = stiff.tree.config.home
+    theta = softer.solve(TipGoal(pose), near)
+    np.testing.assert_allclose(theta, described.solve(TipGoal(pose), near), atol=1e-7)
+    np.testing.assert_allclose(softer.at_rest(theta), pose[:3, 3], atol=1e-6)
+    assert np.linalg.norm(stiff.at_rest(theta) - pose[:3, 3]) > 1e-3
+    assert stiff.under({}) is not stiff and stiff.under({}).tree is stiff.tree

@@ -78,3 +78,16 @@ def test_what_still_waits_when_the_loop_ends_is_taken_then():
     node.t = QUIET
     node.models.look()
     assert len(node.taken) == 2
+
+
+def test_after_a_model_there_is_a_pause_as_long_as_it_took():
+    """Ten in ten periods, each for most of one: the guard heard no command for 50 ms, and stopped the arm."""
+    node, period = Node(), 0.005
+    node.models._take = lambda msg: (node.taken.append(stamp(msg)), setattr(node, "t", node.t + 0.0044))
+    node.step(0.0)
+    node.receive(*range(1, 5))
+    took = []
+    for k in range(8):
+        node.t = max(node.t, k * period) + 0.0005
+        took.append(node.step(node.t))
+    assert took == [1, 0, 1, 0, 1, 0, 1, 0]

@@ -2,7 +2,8 @@
 
 A motion may have a hundred of them. What a node makes of one takes milliseconds, and messages are handed over
 in the order in which they came, so all that waits behind them, states and sensors, would wait until the last
-one is taken: longer than the guard waits for a command. A model whose time has come is taken at once.
+one is taken: longer than the guard waits for a command. Nor may one follow the other where each takes most of
+a period: after one there is a pause as long as it took. A model whose time has come is taken at once.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class ArrivingModels:
         """
         self._take, self._is_paced, self._clock = take, is_paced, clock
         self._waiting: deque[Any] = deque()
-        self._stepped = -math.inf
+        self._stepped = self._rested = -math.inf
 
     def add(self, msg: Any) -> None:
         """Keep a model for later, or take it at once where nobody waits for a step."""
@@ -51,9 +52,12 @@ class ArrivingModels:
         self._take_first(max((i + 1 for i, at in enumerate(stamps) if at <= stamp_ns), default=0))
 
     def work_ahead(self) -> None:
-        """Note that a step is done, and take one model in the time that is left."""
-        self._stepped = self._clock()
-        self._take_first(min(len(self._waiting), 1))
+        """Note that a step is done, and take one model in the time that is left, if the last was long ago."""
+        self._stepped = begin = self._clock()
+        if self._waiting and begin >= self._rested:
+            self._take_first(1)
+            end = self._clock()
+            self._rested = end + (end - begin)
 
     def _take_first(self, count: int) -> None:
         for _ in range(count):
