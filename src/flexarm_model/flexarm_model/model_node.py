@@ -203,10 +203,10 @@ class ModelNode(ManagedNode):
         try:
             is_sent = self._served.go_on(now_ns)
             if self._watched.is_due and not 0 <= now_ns - self._renewed_ns < least_ns:
-                cache = ModelCache(self._described.tree.under(values))
+                cache, self._renewed_ns = ModelCache(self._described.tree.under(values)), now_ns
                 self._served.renew(cache.at, now_ns + FOLLOWING_LEAD_NS)
                 self._watched.use(values)
-                self.cache, self._renewed_ns, is_sent = cache, now_ns, True
+                self.cache, is_sent = cache, True
         except (PoseError, ClosureError) as error:
             self._watched.refused = f"no models for {values}: {error}"
             self.get_logger().error(self._watched.refused, throttle_duration_sec=5.0)

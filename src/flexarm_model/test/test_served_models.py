@@ -192,3 +192,13 @@ def test_models_that_are_taken_back_after_a_renewal_are_renewed_too(heard: Heard
     assert not served.go_on(10**15)
     at = [heard.at(t * MS) for t in (99, 100, 139, 140)]
     assert at == ["h", "h soft", "h soft", "c soft"]
+
+
+def test_a_model_of_the_measured_pose_ends_what_was_still_to_be_made_anew(heard: Heard) -> None:
+    """After a stop nobody follows the motion whose models were being sent."""
+    served = ServedModels(posed("h"), heard.take)
+    motion(served, (30, "a"), (900, "b"))
+    served.renew(softer, 100 * MS)
+    served.serve(posed("m"), 120 * MS)
+    assert not served.go_on(10**15) and not served.has_after(120 * MS)
+    assert [heard.at(t * MS) for t in (110, 130, 2000)] == ["h soft", "m", "m"]

@@ -52,7 +52,11 @@ class ServedModels:
         return self._pending.receipt
 
     def serve(self, model: ReducedModel, stamp_ns: int) -> None:
-        """Send a model; it voids those for its stamp [ns] and later ones."""
+        """Send a model; it voids those for its stamp [ns] and later ones, also those not made anew yet."""
+        self._later.clear()
+        self._put(model, stamp_ns)
+
+    def _put(self, model: ReducedModel, stamp_ns: int) -> None:
         self.newest = model
         self.count += 1
         self._pending.add(stamp_ns, model)
@@ -96,7 +100,7 @@ class ServedModels:
         """
         later = [(ns, model.pose) for ns, model in self._pending.waiting] + list(self._later)
         aside, before = tuple((ns, make(model.pose)) for ns, model in self._aside), make(self._before.pose)
-        self.serve(make(self.at(since_ns).pose), since_ns)
+        self._put(make(self.at(since_ns).pose), since_ns)
         self._aside, self._before, self._make = aside, before, make
         self._later = deque((ns, pose) for ns, pose in later if ns > since_ns)
 
@@ -109,7 +113,7 @@ class ServedModels:
         if ahead_ns > AHEAD_NS or (ahead_ns > SOON_NS and 0 <= now_ns - self._sent_ns < SPREAD_NS):
             return False
         stamp_ns, pose = self._later.popleft()
-        self.serve(self._make(pose), stamp_ns)
+        self._put(self._make(pose), stamp_ns)
         self._sent_ns = now_ns
         return True
 
