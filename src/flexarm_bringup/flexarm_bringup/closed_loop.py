@@ -170,12 +170,12 @@ def run_loop(
         ticks.append(observe(hardware, estimate))
         samples = hardware.advance()
         hardware.choose_torque(command.for_guard(k + 1, TOKEN))
-        stop = stop or _stopped_by(hardware, estimate)
+        stop = stop or stopped_by(hardware, estimate)
     speed = (n - warm) * hardware.dt / (time.process_time() - started)
     return ticks, Effort(speed, schedule.served, adopting, is_led.count(False) / n, stop, tuple(is_led))
 
 
-def _stopped_by(hardware: Hardware, estimate: Estimate) -> str:
+def stopped_by(hardware: Hardware, estimate: Estimate) -> str:
     """Return why the guard has stopped the arm, and where that is no usable state, why there is none."""
     reason = hardware.guard.reason
     if not reason or estimate.is_usable:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from flexarm_bringup.closed_loop import observe_tick, run_loop
+from flexarm_bringup.closed_loop import observe_tick, run_loop, stopped_by
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim_run.study import loop_settings
@@ -25,7 +27,7 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 ARM = Path(__file__).resolve().parents[3] / "docs" / "two_link.yaml"
 
 
-def run_goal(start: list[float], goal: list[float], **estimator: object):
+def run_goal(start: list[float], goal: list[float]):
     """Return the arm's limits, its record and what it took."""
     task = task_for(str(ARM))
     config = starting_at(load_config(ARM), tuple(start))
@@ -33,7 +35,6 @@ def run_goal(start: list[float], goal: list[float], **estimator: object):
     limits, ranges = limits_of(config), guard_limits(config, tree, GuardSettings()).ranges
     planner = MotionPlanner(linearize(tree), limits, task.make("motion", MotionConfig), ranges)
     motion = planner.move(MotionState(np.array(start), still, still), np.array(goal), 0.5)
-    task.settings.setdefault("estimator", {}).update(estimator)
     settings = loop_settings(task, "mpc", RigSettings())
     hardware = Hardware(config, settings.rig)
     ticks, effort = run_loop(hardware, tree, motion, float(motion.t[-1]) + 1.0, settings, observe_tick)
@@ -57,6 +58,17 @@ def test_a_goal_at_full_speed_arrives_and_loses_no_state(start: list[float], goa
     assert (abs(strain).max(axis=0) <= 0.8 * limits.strain).all()
 
 
-def test_where_commands_fail_for_want_of_a_state_the_report_says_what_the_estimator_said() -> None:
-    _, _, effort = run_goal([0.318, 0.841], [2.18, 1.40], filter="linear")
-    assert "; the estimator says: the state was doubted again and again" in effort.guard
+@pytest.mark.parametrize(
+    ("guard", "usable", "said"),
+    [
+        ("", False, ""),
+        ("no command for 50 ms", True, "no command for 50 ms"),
+        ("no command for 50 ms", False, "no command for 50 ms; the estimator says: the state was doubted"),
+    ],
+)
+def test_where_commands_fail_for_want_of_a_state_the_report_says_what_the_estimator_said(
+    guard: str, usable: bool, said: str
+) -> None:
+    hardware: Any = SimpleNamespace(guard=SimpleNamespace(reason=guard))
+    estimate: Any = SimpleNamespace(is_usable=usable, reason="the state was doubted")
+    assert stopped_by(hardware, estimate) == said

@@ -28,7 +28,7 @@ class Demand:
     Attributes:
         K: Per position, (n_rows, n_theta).
         D: Per velocity, (n_rows, n_theta).
-        J: Per acceleration, (n_rows, n_theta).
+        J: Per acceleration, (n_rows, n_theta); of gauges with what rings after it.
         rest: At zero position, standing still, (n_rows,).
         most: Largest magnitude [N m, N; 1], (n_rows,).
         names: "axis base.rz" or "gauge root_strain", (n_rows,).
@@ -63,20 +63,20 @@ class Demand:
 def demand_of(model: ReducedModel, limits: Limits, config: MotionConfig) -> Demand:
     """Return what motions of ``model``'s arm ask, and the shares of ``limits`` they may have.
 
-    Strain has room for what rings after a ramp of r periods: without damping ``1 + |sin(pi r) / pi r|`` times
-    what is there at rest, twice that where the acceleration begins at once.
+    An acceleration that is reached in r periods of a strip without damping bends it by up to
+    ``1 + |sin(pi r) / pi r|`` times what it bends it by at rest: twice where it begins at once.
     """
     equilibrium = build_equilibrium(model)
     rows, at_zero, limit, gauges = _strain(model, limits, equilibrium)
-    share = config.motion_strain / (1.0 + abs(float(np.sinc(config.motion_ramp))))
     K, D, J = np.split(np.vstack([equilibrium.U, rows]), 3, axis=1)
+    J[model.n_theta :] *= 1.0 + abs(np.sinc(config.motion_ramp))
     units = tuple("N" if is_sliding(name) else "N m" for name in model.theta_names)
     return Demand(
         K=K,
         D=D,
         J=J,
         rest=np.concatenate([equilibrium.u_0, at_zero]),
-        most=np.concatenate([config.motion_effort * limits.effort, share * limit]),
+        most=np.concatenate([config.motion_effort * limits.effort, config.motion_strain * limit]),
         names=(*(f"axis {name}" for name in model.theta_names), *(f"gauge {name}" for name in gauges)),
         units=units + ("strain",) * len(gauges),
     )
