@@ -210,7 +210,7 @@ def test_a_goal_where_weight_bends_a_gauge_too_far_is_refused_and_a_stop_there_i
     assert not halt.theta_dot[-1].any()
     less = replace(
         model, outputs=replace(model.outputs, y0=5.0 / 9.0 * y0)
-    )  # the weight's part does not ring
+    )  # weight does not ring
     hanging = MotionPlanner(less, limits, MotionConfig(), ())
     assert hanging.move(at_rest(0.0), np.array([1.0])).theta[-1] == pytest.approx(1.0)
 
