@@ -208,9 +208,7 @@ def test_a_goal_where_weight_bends_a_gauge_too_far_is_refused_and_a_stop_there_i
         planner.move(at_rest(0.0), np.array([1.0]))
     halt = planner.stop(MotionState(np.zeros(1), np.ones(1), np.zeros(1)))
     assert not halt.theta_dot[-1].any()
-    less = replace(
-        model, outputs=replace(model.outputs, y0=5.0 / 9.0 * y0)
-    )  # weight does not ring
+    less = replace(model, outputs=replace(model.outputs, y0=5.0 / 9.0 * y0))  # weight does not ring
     hanging = MotionPlanner(less, limits, MotionConfig(), ())
     assert hanging.move(at_rest(0.0), np.array([1.0])).theta[-1] == pytest.approx(1.0)
 
