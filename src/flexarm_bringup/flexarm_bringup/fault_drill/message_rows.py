@@ -72,16 +72,18 @@ def fuzz(stand: Stand) -> list[Finding]:
         if sum(bad) and topic not in trace.newest_only
     )
     fused = max(trace.accepted(-1, name) for name in sensors["joint_states"]) - len(stand.record.t)
-    sound = bench.play(lambda k, messages: messages, FAULT_START).estimates
-    beside = bench.play(_spoiling(each, {topic: [] for topic in SPOIL}, only_bad=True), FAULT_START).estimates
-    changed = sum(not np.array_equal(one.x, other.x) for one, other in zip(sound, beside, strict=True))
-    return [
+    findings = [
         Finding("spoilt messages", sum(map(len, sent.values())), CASES, at_least=True),
         Finding("non-finite estimates", sum(not is_finite(e) for e in trace.estimates), 0),
         Finding("refused / certainly bad, least of a topic", least, 1.0, at_least=True),
         Finding("encoder samples fused beside the good ones", fused, 0),
-        Finding("estimates changed by what is certainly bad", changed, 0),
     ]
+    if trace.newest_only:  # which of several is the newest when it is looked at differs from run to run
+        return findings
+    sound = bench.play(lambda k, messages: messages, FAULT_START).estimates
+    beside = bench.play(_spoiling(each, {topic: [] for topic in SPOIL}, only_bad=True), FAULT_START).estimates
+    changed = sum(not np.array_equal(one.x, other.x) for one, other in zip(sound, beside, strict=True))
+    return [*findings, Finding("estimates changed by what is certainly bad", changed, 0)]
 
 
 def _spoiling(each: int, sent: dict[str, list[bool]], only_bad: bool = False) -> Tamper:
