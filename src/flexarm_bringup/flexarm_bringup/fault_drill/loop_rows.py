@@ -43,13 +43,11 @@ class LoopRun:
     Attributes:
         result: The moves, as ``flexarm sim`` judges them.
         error: Distance of the estimated tip from the true one [m], (k,).
-        usable: Whether the estimate might be used, (k,).
         start: Of the first move [s].
     """
 
     result: SimResult
     error: Array
-    usable: NDArray[np.bool_]
     start: float
 
     def rms(self) -> float:
@@ -103,15 +101,15 @@ class LoopStand:
         if then is not None:
             look = attaching(Hardware(self.config, then).rig.plant, self.middle, observe)
         ticks, effort = run_loop(hardware, self.tree, course.reference, course.end, settings, look)
-        t, tip, tau, error, usable = (np.array([tick[name] for tick in ticks]) for name in NAMES)
+        t, tip, tau, error = (np.array([tick[name] for tick in ticks]) for name in NAMES)
         limits = np.array([axis.effort for axis in self.config.actuated.values()])
         trace, preset = Trace(t, tip, tau / limits), self.task.presets[0]
         job = SimJob(self.task, preset, "", course)
         legs = tuple(judge_leg(leg, trace, job) for leg in course.legs)
-        return LoopRun(SimResult(preset, "", law, legs, effort, trace), error, usable, course.legs[0].start)
+        return LoopRun(SimResult(preset, "", law, legs, effort, trace), error, course.legs[0].start)
 
 
-NAMES = ("t", "tip", "tau", "error", "usable")
+NAMES = ("t", "tip", "tau", "error")
 
 
 def observe(hardware: Hardware, estimate: Estimate) -> Mapping[str, Array]:
@@ -122,7 +120,6 @@ def observe(hardware: Hardware, estimate: Estimate) -> Mapping[str, Array]:
         "tip": tip,
         "tau": np.array(hardware.tau),
         "error": np.array(np.linalg.norm(estimate.T_world_tip[:3, 3] - tip)),
-        "usable": np.array(estimate.is_usable),
     }
 
 

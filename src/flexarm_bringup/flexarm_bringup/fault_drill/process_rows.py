@@ -99,7 +99,7 @@ def passed_since(told: Sequence[Arrival], frozen: float) -> float:
     """
     before = [msg.passed for _, msg in told if stamp(msg) <= frozen]
     after = [msg.passed for _, msg in told if stamp(msg) > frozen]
-    return after[-1] - (before or after)[-1 if before else 0] if after else math.inf
+    return after[-1] - [*after[:1], *before][-1] if after else math.inf
 
 
 def strike(rig: LiveRig, name: str, number: int) -> float:
