@@ -44,7 +44,6 @@ from std_srvs.srv import Trigger
 
 from flexarm_estimator.estimator_health import EstimatorHealth
 from flexarm_estimator.exchange import INTERVENTIONS_TOPIC, EstimatorExchange, Outgoing
-from flexarm_estimator.filters.choice import described_parameters
 from flexarm_estimator.interventions.conversions import known_state_from_msg
 from flexarm_estimator.interventions.intervention import Intervention, InterventionError
 from flexarm_estimator.interventions.reset import Reset
@@ -106,7 +105,7 @@ class EstimatorNode(ManagedNode):
         """Begin without a state; subscribe to the sensors."""
         config, lockstep = self._config, self.settings.lockstep
         late = late_sensors(config.sensors, self._filter)
-        for text in (*late, *described_parameters(config, self._filter)):
+        for text in late:
             self.get_logger().warning(text)
         self._health = EstimatorHealth(None if lockstep else 1.0 / config.rate_hz, self._thresholds, late)
         self.exchange = made(EstimatorExchange, config, self._filter, 0 if lockstep else None)

@@ -143,7 +143,6 @@ def _settings(
         "estimator": {
             **SETTINGS["estimator"],
             **(HANGING if config.gravity.any() else {}),
-            **({"filter": "linear"} if config.laws else {}),  # what follows a parameter is the served model's
             "acceleration_error": error,
         },
         "mpc": {**SETTINGS["mpc"], **_weights(config)},

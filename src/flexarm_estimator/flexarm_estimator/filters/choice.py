@@ -19,7 +19,6 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state.process import ProcessModel
 from flexarm_estimator.state.sensors import SensorModels
 from flexarm_estimator.tool.tip import Kinematics
-from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -36,14 +35,6 @@ _MOVING: dict[str, Callable[[StateFlow, ServedSteps, Array], StepSource]] = {
     "extended": TangentSteps,
     "unscented": _sigma_steps,
 }
-
-
-def described_parameters(arm: ManipulatorConfig, config: EstimatorConfig) -> list[str]:
-    """Return what is to be said where a filter computes with the parameters of the description."""
-    if not arm.laws or config.filter not in _MOVING:
-        return []
-    names = ", ".join(sorted({law.parameter for law in arm.laws}))
-    return [f"filter: '{config.filter}' computes with {names} as described; where it changes take linear"]
 
 
 class FilterMaker:

@@ -3,7 +3,8 @@
 ``x = [xi; xi'; z]`` moves by ``x' = F(x, u) + G w``. xi'' comes from the moving arm. How the other states z
 (unmodelled torques, biases) change, which forces they are and what they add to the rows is linear, and the
 served system says it: forces ``M A_z z`` on xi, ``C_z z - D_w M A_z z`` in the rows. What is learned of the
-model (``bilinear``) is forces, too: ``sum p_i F_i x``.
+model (``bilinear``) is forces, too: ``sum p_i F_i x``, and so are springs that are others than the described
+arm's (``served_springs``).
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filters.moving_arm import Motion, MovingArm
+from flexarm_estimator.filters.served_springs import spring_force
 from flexarm_estimator.state.process import ProcessModel
 from flexarm_estimator.state.sensors import SensorModels
-from flexarm_estimator.steps.bilinear import Bilinear, Slope
+from flexarm_estimator.steps.bilinear import Bilinear, Slope, value
 from flexarm_estimator.steps.taylor import ExponentialIntegrals
 from flexarm_model.served.reduced_model import ReducedModel
 
@@ -66,6 +68,7 @@ class StateFlow:
     Attributes:
         arm: Motion in the served coordinates.
         dependent: Tree coordinates that follow the others where loops close.
+        forces: Forces on xi, (n,), of state and inputs ``[tau; 1]``.
         rows_of_rest: What the states that are not of the arm add to the rows, (n_y, n_x).
     """
 
@@ -89,10 +92,14 @@ class StateFlow:
         self.arm, self._averaging, self._n = arm, averaging, model.n
         self.dependent = arm.dependent
         system = process.system
-        self._A, self._Q, self._B = system.A, system.Q, np.array(model.B)
-        self._rest = slice(2 * model.n, system.n_x)
+        self._A, self._Q = system.A, system.Q
+        rest = slice(2 * model.n, system.n_x)
         self._learned = tuple(enumerate(system.learned, system.n_x - len(system.learned)))
-        self._push = model.M @ system.A[model.n : 2 * model.n, self._rest]  # (n, n_z)
+        push = model.M @ system.A[model.n : 2 * model.n, rest]  # (n, n_z)
+        springs = spring_force(arm, model)
+        of_u = np.column_stack([model.B, springs.constant])
+        learned = tuple(Slope(slope, np.zeros_like(of_u)) for slope in system.learned)
+        self.forces = Bilinear(np.hstack([springs.slope, push]), of_u, learned)
         self._force_cov = process.force_cov
         self._force_psd = process.force_cov * averaging
         whole = [model.whole for model in models.rows.values()]
@@ -104,18 +111,11 @@ class StateFlow:
         self.rows_of_rest = np.zeros((starts[-1], system.n_x))
         for start, rows in zip(starts, whole, strict=False):
             own = slice(start, start + len(rows.C))
-            self.rows_of_rest[own, self._rest] = rows.C[:, self._rest] - rows.D_w @ self._push
-
-    @property
-    def forces(self) -> Bilinear:
-        """Forces on xi, (n,), of state and inputs."""
-        of_x, of_u = np.zeros((self._n, self._A.shape[0])), np.zeros((self._n, self._B.shape[1] + 1))
-        of_x[:, self._rest], of_u[:, :-1] = self._push, self._B
-        return Bilinear(of_x, of_u, tuple(Slope(slope, np.zeros_like(of_u)) for _, slope in self._learned))
+            self.rows_of_rest[own, rest] = rows.C[:, rest] - rows.D_w @ push
 
     def warm_up(self, xi: Array) -> None:
         """Compile what is needed, at rest at ``xi`` (n,), so that the first step need not."""
-        x, u = np.zeros(self._A.shape[0]), np.append(np.zeros(self._B.shape[1]), 1.0)
+        x, u = np.zeros(self._A.shape[0]), np.append(np.zeros(self.forces.of_u.shape[1] - 1), 1.0)
         x[: self._n] = xi
         self.linear_rows(x, u)
 
@@ -143,8 +143,8 @@ class StateFlow:
         n = self._n
         A, Q, G = self._A.copy(), self._Q.copy(), np.zeros((x.size, n))
         A[n : 2 * n, : 2 * n] = self.arm.slopes(motion).accel
-        A[n : 2 * n, self._rest] = motion.M_inv.dot(self._push)
-        A[n : 2 * n] += motion.M_inv.dot(self._bend(x))
+        A[n : 2 * n, 2 * n :] = 0.0
+        A[n : 2 * n] += motion.M_inv.dot(self._force_slope(x))
         Q[n : 2 * n, n : 2 * n] = motion.M_inv.dot(self._force_psd).dot(motion.M_inv)
         G[n : 2 * n] = motion.M_inv
         if not (np.isfinite(A).all() and np.isfinite(Q).all()):
@@ -186,28 +186,24 @@ class StateFlow:
         C = self.rows_of_rest.copy()
         C[:, : 2 * self._n] = slopes.rows
         D_w = slopes.rows_a.dot(motion.M_inv)
-        C[:, self._rest] += D_w.dot(self._push)
-        C += D_w.dot(self._bend(x))
+        C += D_w.dot(self._force_slope(x))
         if not np.isfinite(C).all():
             raise NoFlow("the rows' tangent is not finite")
         return LocalRows(self.arm.rows(motion) + self.rows_of_rest.dot(x), C, D_w)
 
     def _move(self, x: Array, u: Array) -> Motion:
         n = self._n
-        force = self._B.dot(u[:-1]) + self._push.dot(x[self._rest])
-        for at, per_state in self._learned:
-            force += float(x[at]) * per_state.dot(x)
         try:
-            motion = self.arm.at(x[:n], x[n : 2 * n], force)
+            motion = self.arm.at(x[:n], x[n : 2 * n], value(*self.forces, (x, u)))
         except (ValueError, np.linalg.LinAlgError) as error:
             raise NoFlow(str(error)) from error
         if not np.isfinite(motion.a).all():
             raise NoFlow("the acceleration is not finite")
         return motion
 
-    def _bend(self, x: Array) -> Array:
-        """Return the derivative of the forces that are learned by the state, (n, n_x)."""
-        slope = np.zeros((self._n, x.size))
+    def _force_slope(self, x: Array) -> Array:
+        """Return the derivative of the forces by the state, (n, n_x)."""
+        slope = self.forces.of_x.copy()
         for at, per_state in self._learned:
             slope += float(x[at]) * per_state
             slope[:, at] += per_state.dot(x)

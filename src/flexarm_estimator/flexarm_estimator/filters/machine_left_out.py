@@ -141,8 +141,12 @@ def _functions(tree: ReducedTree, arm: MovingArm) -> tuple[FastFunction, FastFun
 
 
 def _is_compiled(tree: ReducedTree, arm: MovingArm) -> bool:
+    """Tell whether all of it is machine code; a tree with other springs than those compiled is not."""
     closes = not tree.n_c or isinstance(tree.closing, MachineClosing)
-    return closes and all(function is None or function.library for function in _functions(tree, arm))
+    return closes and all(
+        function is None or (isinstance(function, FastFunction) and bool(function.library))
+        for function in _functions(tree, arm)
+    )
 
 
 def _loops(tree: ReducedTree) -> tuple[int, ...]:
