@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,7 +37,7 @@ def silent(kinds: Sequence[str], bound: float) -> Callable[[SystemStand], list[F
         """Play it on the graph by the clock."""
         names = [spec.name for spec in stand.stand.sensors if spec.kind in kinds]
         text = "; ".join(f"{name}: off" for name in names)
-        return _played(stand, lambda rig, hit: _ended(rig, hit, bound), lambda rig: rig.tell_faults(text))
+        return _played(stand, lambda rig, _: _ended(rig, bound), lambda rig: rig.tell_faults(text))
 
     return play
 
@@ -70,11 +70,11 @@ def _played(
         return judge(rig, hit)
 
 
-def _ended(rig: LiveRig, hit: float, bound: float) -> list[Finding]:
-    """Judge a motion that sensors have ended."""
-    told = rig.came["modal_state"]
+def _ended(rig: LiveRig, bound: float) -> list[Finding]:
+    """Judge a motion that sensors have ended, the encoders among them: from their last sample on."""
+    hit, told = stamp(rig.came["joint_states"][-1][1]), rig.came["modal_state"]
     lost = next(
-        (stamp(msg) - hit for _, msg in told if stamp(msg) > hit and msg.status == msg.LOST), math.inf
+        (_since(hit, msg) for _, msg in told if stamp(msg) > hit and msg.status == msg.LOST), math.inf
     )
     ended = min(_law_left(rig, hit), _guard_stopped(rig, hit))
     acted = [msg for _, msg in rig.came["controller_status"] if stamp(msg) > hit + bound]
@@ -122,13 +122,18 @@ def _jumped(rig: LiveRig, hit: float, by: float) -> list[Finding]:
 def _law_left(rig: LiveRig, hit: float) -> float:
     """Return how long after the hit another rung than the law acted first [s]; infinity if none did."""
     told = [msg for _, msg in rig.came["controller_status"] if stamp(msg) > hit]
-    return next((stamp(msg) - hit for msg in told if msg.mode != msg.MPC), math.inf)
+    return next((_since(hit, msg) for msg in told if msg.mode != msg.MPC), math.inf)
 
 
 def _guard_stopped(rig: LiveRig, hit: float) -> float:
     """Return how long after the hit the guard stopped the arm [s]; infinity if it did not."""
     told = [msg for _, msg in rig.came["guard_status"] if stamp(msg) > hit]
-    return next((stamp(msg) - hit for msg in told if msg.mode != msg.ARMED), math.inf)
+    return next((_since(hit, msg) for msg in told if msg.mode != msg.ARMED), math.inf)
+
+
+def _since(hit: float, msg: Any) -> float:
+    """Return the time of a message after the hit [s]; stamps of today are floats to 0.2 us."""
+    return round(stamp(msg) - hit, 6)
 
 
 def _steepest(rig: LiveRig, since: float) -> float:

@@ -4,9 +4,10 @@ A sensor is "stale" when nothing usable has come from it for its latency, three 
 ``time_out``; samples that are not finite or not possible do not count as life. It is "rejected" when
 the newest sample was refused, "faulty" when a watch has put it out of use. The estimate is "degraded"
 when a sensor is stale, faulty, doubted by a watch or refused ``reopen_after`` times in a row; "lost"
-when nothing has come from any for its latency and one sample period (or ``time_out``), when an axis has not
-been located for ``position_time_out``, or when the tip's covariance is too large; "starting" until it was
-good once. Where all who locate the axes had been at fault, it is good when all of them agree.
+when nothing has come from any for its latency and a little more than one sample period (of fast ones
+``time_out``), when an axis has not been located for ``position_time_out``, or when the tip's covariance is
+too large; "starting" until it was good once. Where all who locate the axes had been at fault, it is good when
+all of them agree.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.estimate import SensorReport, Status
 from flexarm_estimator.judging.coverage import Coverage
 from flexarm_estimator.judging.sample_judge import Verdict
-from flexarm_estimator.judging.sensor_record import SensorRecord, report, time_out
+from flexarm_estimator.judging.sensor_record import SensorRecord, last_hope, report, time_out
 from flexarm_estimator.judging.short_term import HELD
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.messages.tally import Tally
@@ -29,7 +30,6 @@ from flexarm_estimator.watches.watch import Finding
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
-_PERIODS = 3.0  # sample periods of silence that are normal
 _AGREED = 3  # samples in a row
 
 
@@ -55,8 +55,8 @@ class Health:
         self._config, self._coverage = config, Coverage(axes)
         self._records = {
             spec.name: SensorRecord(
-                time_out(spec, config, _PERIODS),
-                time_out(spec, config, 1.0),
+                time_out(spec, config),
+                last_hope(spec, config),
                 np.zeros(len(spec.channels)),
                 self._coverage.bits.get(spec.name, 0),
             )

@@ -13,6 +13,8 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
+_PERIODS = 3.0  # sample periods of silence that are normal
+_LATE = 0.125  # of the time-out: a tick of the loop, in which a sample is heard that has come
 
 
 @dataclass(slots=True)
@@ -59,10 +61,23 @@ class SensorRecord:
         self.accepted_before, self.reason = self.accepted, reason
 
 
-def time_out(spec: SensorSpec, config: EstimatorConfig, periods: float) -> float:
-    """Return the silence of a sensor that is normal [s], with so many sample ``periods``."""
-    silence = periods / spec.rate_hz if spec.rate_hz > 0.0 else 0.0
-    return spec.latency + max(config.time_out, silence)
+def time_out(spec: SensorSpec, config: EstimatorConfig) -> float:
+    """Return the silence of a sensor that is normal [s]."""
+    return spec.latency + max(config.time_out, _PERIODS * _period(spec))
+
+
+def last_hope(spec: SensorSpec, config: EstimatorConfig) -> float:
+    """Return the silence up to which a sensor carries the estimate alone [s].
+
+    Where ``_PERIODS`` of its samples are longer than ``time_out`` it ends as soon as the next one is late.
+    """
+    is_slow = _PERIODS * _period(spec) > config.time_out
+    return spec.latency + (_period(spec) + _LATE * config.time_out if is_slow else config.time_out)
+
+
+def _period(spec: SensorSpec) -> float:
+    """Return the time between two samples [s]; 0 for a sensor that keeps up with the loop."""
+    return 1.0 / spec.rate_hz if spec.rate_hz > 0.0 else 0.0
 
 
 def report(name: str, record: SensorRecord, t: float) -> SensorReport:
