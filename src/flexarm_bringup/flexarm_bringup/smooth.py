@@ -25,6 +25,7 @@ from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
 from flexarm_bringup.consistency.ablation import NONE, Track, track_of
 from flexarm_bringup.consistency.recording import open_recording, run_estimator
+from flexarm_bringup.consistency.settled import SETTLING
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, Late, run_smoother, tip_error, truth_for
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
@@ -69,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
         progress.say("reading the bag")
         recording = open_recording(args.bag, arm_named(args))
         progress.say("filtering")
-        now = track_of(NONE, run_estimator(recording), recording.settings)
+        now = track_of(NONE, run_estimator(recording))
         progress.say("smoothing")
         late = run_smoother(recording, args.lag, args.loss)
     except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag
@@ -121,7 +122,8 @@ def build_page(
     heads.append(Column("instants", "d"))
     notes = [] if truth else [NO_TRUTH]
     lead = (
-        f"Every state given also what was sampled up to {args.lag:g} s later; the first 0.3 s are left out."
+        f"Every state given also what was sampled up to {args.lag:g} s later; {SETTLING:g} s are left out "
+        "from every time on that the filter began."
     )
     return Page(f"{args.bag}, looked back at", lead, [Table("Tip", heads, rows, notes), *figures])
 

@@ -131,7 +131,7 @@ def judge(recording: Recording, tuner: Tuner, noise: Noise, middle: float) -> Ju
         return Judgement(*halves, None)
     sigmas = {spec.name: spec.sigma for spec in noise.sensors}
     told = run_estimator(recording, settings=noise.settings, sigmas=sigmas)
-    counts = is_settled([item.estimate.t for item in told], noise.settings)
+    counts = is_settled(item.estimate for item in told)
     settled = [item for item, one in zip(told, counts, strict=True) if one]
     tip = np.array([item.estimate.T_world_tip[:3, 3] for item in settled])
     error = tip_error([item.stamp_ns for item in settled], tip, truth)

@@ -233,7 +233,8 @@ def test_a_choice_is_judged_by_the_tip_where_the_truth_is_of_its_instants(
     T = np.eye(4)
     T[2, 3] = 0.2
     told = [
-        SimpleNamespace(stamp_ns=at, estimate=SimpleNamespace(t=0.04 * at, T_world_tip=T)) for at in range(11)
+        SimpleNamespace(stamp_ns=at, estimate=SimpleNamespace(age=0.04 * at, T_world_tip=T))
+        for at in range(11)
     ]
     monkeypatch.setattr(tune, "run_estimator", lambda *_, **__: told)
     tuner: Any = SimpleNamespace(likelihood=lambda *_, **__: Likelihood(-3.0))

@@ -18,7 +18,6 @@ from flexarm_bringup.bags.named_arm import NamedArm
 from flexarm_bringup.consistency.recording import Told, open_recording, run_estimator
 from flexarm_bringup.consistency.settled import is_settled
 from flexarm_bringup.consistency.smoothing import tip_error
-from flexarm_estimator.settings import EstimatorConfig
 
 Array = NDArray[np.float64]
 NONE = "none"  # left out
@@ -81,12 +80,12 @@ def run_ablation(job: Ablation) -> list[Track]:
     """Estimate a bag without a sensor."""
     recording = open_recording(job.path, job.arm)
     told = run_estimator(recording, () if job.sensor == NONE else (job.sensor,))
-    return [track_of(job.sensor, told, recording.settings)]
+    return [track_of(job.sensor, told)]
 
 
-def track_of(sensor: str, told: Sequence[Told], settings: EstimatorConfig) -> Track:
-    """Return what a run with these settings said, where it was settled; all of it if it never was."""
-    counts = is_settled([item.estimate.t for item in told], settings)
+def track_of(sensor: str, told: Sequence[Told]) -> Track:
+    """Return what a run said, where it was settled; all of it if it never was."""
+    counts = is_settled(item.estimate for item in told)
     settled = [item for item, one in zip(told, counts, strict=True) if one] or list(told)
     reach = [_at_tip(item) for item in settled]
     estimates = [item.estimate for item in settled]

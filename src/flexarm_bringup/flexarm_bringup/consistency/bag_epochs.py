@@ -12,7 +12,11 @@ from numpy.typing import NDArray
 from flexarm_bringup.bags.bag_reader import Record, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.consistency.recording import Recording
+from flexarm_bringup.consistency.switched_off import refuse_other_filters, without_switched_off
 from flexarm_bringup.topics import NAMESPACE
+from flexarm_estimator.exchange import INTERVENTIONS_TOPIC
+from flexarm_estimator.interventions.conversions import intervention_from_msg
+from flexarm_estimator.interventions.intervention import Intervention
 from flexarm_estimator.likelihood import Epoch
 from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.messages.inbox import TORQUE_TOPIC
@@ -47,21 +51,26 @@ class _Heard:
     models: list[tuple[float, ReducedModel]] = field(default_factory=list)
     torques: list[tuple[float, Array]] = field(default_factory=list)
     samples: list[Measurement] = field(default_factory=list)
+    done: list[tuple[float, Intervention]] = field(default_factory=list)
 
 
 FIRST_STEP = 0.005  # s from the start to the first epoch
 
 
 def read_epochs(recording: Recording) -> Epochs:
-    """Return the record of a bag; samples that cannot be read or are not finite are left out.
+    """Return the record of a bag.
+
+    Samples that cannot be read, are not finite or of a sensor that was switched off are left out.
 
     Raises:
-        BagError: It has no model, or no sample.
+        BagError: It has no model, or no sample, or a user set the state or the noise on the way.
     """
     heard = _listen(recording)
     if not heard.models or not heard.samples:
         raise BagError(f"{recording.bag.path}: has {len(heard.models)} models, {len(heard.samples)} samples")
     samples = sorted(StampDelays(recording.config.sensors).undo(heard.samples), key=lambda sample: sample.t)
+    refuse_other_filters(heard.done, recording.bag.path, samples[0].t)
+    samples = without_switched_off(samples, heard.done)
     models = sorted(heard.models, key=lambda item: item[0])
     torques = sorted(heard.torques, key=lambda item: item[0])
     epochs = tuple(order_epochs(samples, torques, [t for t, _ in models], len(recording.config.actuated)))
@@ -70,7 +79,8 @@ def read_epochs(recording: Recording) -> Epochs:
 
 def _listen(recording: Recording) -> _Heard:
     reader, heard = SensorReader(recording.config), _Heard()
-    topics = {f"{NAMESPACE}/{topic}": topic for topic in (*reader.topics, TORQUE_TOPIC, "model")}
+    own = TORQUE_TOPIC, "model", INTERVENTIONS_TOPIC
+    topics = {f"{NAMESPACE}/{topic}": topic for topic in (*reader.topics, *own)}
     for record in recording.bag.records:
         if record.name in topics:
             _hear(topics[record.name], record, reader, heard)
@@ -82,6 +92,8 @@ def _hear(topic: str, record: Record, reader: SensorReader, heard: _Heard) -> No
     t = stamp_to_ns(msg.header.stamp) * NS
     if topic == "model":
         heard.models.append((t, model_from_msg(msg)))
+    elif topic == INTERVENTIONS_TOPIC:
+        heard.done.append((t, intervention_from_msg(msg)))
     elif topic == TORQUE_TOPIC:
         tau, _ = reader.read_torque(topic, msg)
         if tau is not None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.estimate import Estimate
 
-Array = NDArray[np.float64]
 SETTLING = 0.3  # s that do not count
+_ROUNDING = 1e-9  # s
 
 
 def beginnings(t: Sequence[float], max_gap: float) -> Iterator[int]:
@@ -25,10 +25,7 @@ def beginnings(t: Sequence[float], max_gap: float) -> Iterator[int]:
             yield k
 
 
-def is_settled(t: Sequence[float], settings: EstimatorConfig) -> NDArray[np.bool_]:
-    """Return which instants [s] count, (k,)."""
-    settled = np.zeros(len(t), dtype=bool)
-    starts = [*beginnings(t, settings.max_gap), len(t)]
-    for first, end in zip(starts[:-1], starts[1:], strict=True):
-        settled[first:end] = np.array(t[first:end]) >= t[first] + SETTLING
-    return settled
+def is_settled(estimates: Iterable[Estimate]) -> NDArray[np.bool_]:
+    """Return which estimates count, (k,); also a user who resets or sets the state lets it begin anew."""
+    ages = np.array([estimate.age for estimate in estimates], dtype=float)
+    return np.asarray(ages >= SETTLING - _ROUNDING)
