@@ -15,6 +15,7 @@ from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.configuration import TOLD
 from flexarm_bringup.tasks.node_settings import node_settings
+from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.reading.manipulator_file import find_manipulator
 
@@ -51,6 +52,16 @@ def arm_named(args: argparse.Namespace) -> NamedArm:
     return NamedArm(args.manipulator or "", args.preset)
 
 
+def chosen(arm: NamedArm) -> tuple[Task, str]:
+    """Return the moves of the arm that was named, and its preset.
+
+    Raises:
+        ConfigError: There is no such arm.
+    """
+    task = task_for(arm.manipulator)
+    return task, task.presets[0] if arm.preset is None else arm.preset
+
+
 def open_bag(path: Path, needed: Sequence[str] = (), arm: NamedArm | None = None) -> Bag:
     """Read a bag, with the arm that was named for it if one was.
 
@@ -68,8 +79,7 @@ def open_bag(path: Path, needed: Sequence[str] = (), arm: NamedArm | None = None
         return bag
     if TOLD[0] in bag.custom:
         raise BagError(f"{path}: says of which arm it is; --manipulator names that of a bag that does not")
-    task = task_for(arm.manipulator)
-    preset = task.presets[0] if arm.preset is None else arm.preset
+    task, preset = chosen(arm)
     file = find_manipulator(task.manipulator)
     said = {
         "manipulator": file.stem,

@@ -26,15 +26,17 @@ from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.bags.foreign_bag import Fed, feed_bag, read_remaps
-from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named, open_bag
+from flexarm_bringup.bags.named_arm import NamedArm, add_arm_arguments, arm_named, chosen, open_bag
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.replaying.compare import Comparison, compare_bags
 from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay, written_for
+from flexarm_bringup.tasks.node_settings import node_settings
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.overrides import apply_overrides
 
 SHOWN = 10  # divergences
 FOREIGN = "single_link"  # whose estimator takes the bag of another robot, where none is named
@@ -80,14 +82,16 @@ def _refuse_idle(args: argparse.Namespace) -> None:
 
 
 def foreign_page(args: argparse.Namespace) -> Page:
-    """Feed a bag of another robot and return what there is to say about it.
+    """Feed a bag of another robot to an arm with the settings of its moves; return what there is to say.
 
     Raises:
         BagError, ConfigError: The bag, a topic or the manipulator cannot be used.
     """
     bag, remaps = check_bag(args.bag), read_remaps(args.remap)
-    config = load_config(find_manipulator(args.manipulator or FOREIGN), args.preset or "")
-    fed = feed_bag(bag, remaps, config, EstimatorConfig())
+    task, preset = chosen(NamedArm(args.manipulator or FOREIGN, args.preset))
+    config = load_config(find_manipulator(task.manipulator), preset)
+    settings = apply_overrides(EstimatorConfig, node_settings(task, preset)["estimator"])
+    fed = feed_bag(bag, remaps, config, settings)
     statuses = ", ".join(f"{count} {status}" for status, count in fed.statuses.items()) or "none"
     lead = f"Fed to the estimator of {config.name}. Estimates: {statuses}."
     data = {"ignored": fed.ignored, "estimates": fed.statuses}
