@@ -4,7 +4,9 @@ Subscribes
     modal_state (flexarm_interfaces/ModalState), guard_status (flexarm_interfaces/GuardStatus: session),
     tick (flexarm_interfaces/Tick, lockstep only).
 
-In lockstep a state is answered once everything that was announced for its instant is here. In real time only
+In lockstep a state is answered once everything that was announced for its instant is here, and with what the
+guard had said by then: a rig that brakes waits for nobody, and may be ahead. A bag holds them in that order,
+so a replay says the same. In real time only
 the newest state is answered when several wait, and commands are at least half a period apart (``pacing``).
 """
 
@@ -12,7 +14,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -26,6 +29,8 @@ from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.ros.bytes_node import subscribe_bytes
 from flexarm_model.ros.lockstep import Lockstep, Messages
 from flexarm_model.ros.node import LOCKSTEP_QOS, NEWEST_QOS, RELIABLE_QOS
+
+FARTHEST_AHEAD = 1000  # ticks without a state, after which the guard is heard all the same
 
 
 @dataclass(frozen=True)
@@ -58,8 +63,8 @@ class TickedStates:
         """Subscribe."""
         self._duties = duties
         self._lockstep = Lockstep(("guard_status",), self._on_tick_complete)
-        self._ticked_ns = -1
-        self._waiting: ToldState | None = None
+        self._ticked_ns, self._heard = -1, deque[tuple[int, Sequence[GuardStatus]]]()
+        self._waiting = deque[ToldState]()
         node.create_subscription(GuardStatus, "guard_status", self.on_guard_status, LOCKSTEP_QOS)
         node.create_subscription(
             ModalState, "modal_state", lambda msg: self.on_state(SentState(msg)), LOCKSTEP_QOS
@@ -76,22 +81,32 @@ class TickedStates:
 
     def on_state(self, told: ToldState) -> None:
         """Answer a state once everything of its instant is here."""
-        self._waiting = told
-        if told.stamp_ns <= self._ticked_ns:
-            self._answer()
+        while self._waiting and self._waiting[-1].stamp_ns > told.stamp_ns:
+            self._waiting.pop()  # of before the clock was set back
+        self._waiting.append(told)
+        self._answer()
 
     def _on_tick_complete(self, stamp_ns: int, messages: Messages) -> None:
-        """Take what came with an instant, then answer its state if that is here already."""
-        for msg in messages.get("guard_status", ()):
-            self._duties.join(msg)
+        """Keep what came with an instant, then answer its state if that is here."""
+        self._heard.append((stamp_ns, messages.get("guard_status", ())))
+        if len(self._heard) > FARTHEST_AHEAD:
+            self._join(1)
         self._ticked_ns = stamp_ns
         self._answer()
 
     def _answer(self) -> None:
-        if self._waiting is not None:
-            told, self._waiting = self._waiting, None
+        while self._waiting and self._waiting[0].stamp_ns <= self._ticked_ns:
+            told = self._waiting.popleft()
+            ticks = [stamp_ns for stamp_ns, _ in self._heard]  # a clock may have been set back between them
+            self._join(1 + ticks.index(told.stamp_ns) if told.stamp_ns in ticks else len(ticks))
             self._duties.answer(told)
             self._duties.work_ahead()
+
+    def _join(self, count: int) -> None:
+        """Take what the guard said with the oldest so many ticks."""
+        for _ in range(count):
+            for msg in self._heard.popleft()[1]:
+                self._duties.join(msg)
 
 
 class PacedStates:
