@@ -25,7 +25,7 @@ from flexarm_estimator.isolation.isolation import (
     share_said,
 )
 from flexarm_estimator.isolation.isolation_watch import IsolationWatch
-from flexarm_estimator.isolation.leaving_out import _own_story, are_loud
+from flexarm_estimator.isolation.leaving_out import _own_story, are_loud, in_another_way
 from flexarm_estimator.isolation.suspicion import Suspicion
 from flexarm_estimator.isolation.window import StepMaker, Window
 from flexarm_estimator.judging.gate import Gate
@@ -271,6 +271,23 @@ def test_the_clear_winner_is_told_and_nothing_else():
     assert decide([flipped, explanation((1,), (300, 300))]) is flipped  # the same channel
     assert decide([explanation((1,), (0, 500), "sign is flipped")]) is None  # an impact, or the beginning
     assert decide([Explanation((1,), "sign is flipped", np.full(2, 500.0), 9.0)]) is None  # nothing fits
+
+
+def test_what_cannot_be_detached_is_not_told_but_stands_against_others():
+    """Encoders of axes at rest were called detached, on an arm 50 % heavier than its model."""
+    assert [channel.can_float for channel in CHANNELS.all] == [
+        False,
+        True,
+        True,
+    ]  # encoder, gauge, accelerometer
+    detached = explanation(
+        (0,), (300, 400), "is detached (says 1 +- 0 whatever the arm does)", needs_both=False
+    )
+    unnamed = in_another_way(detached)
+    assert decide([detached]) is detached
+    assert decide([unnamed]) is None
+    flipped = explanation((1,), (200, 300), "sign is flipped")
+    assert decide([flipped, unnamed]) is None and decide([flipped]) is flipped
 
 
 def test_noise_is_silence_and_vibration_is_not():

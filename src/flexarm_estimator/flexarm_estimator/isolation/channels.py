@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
+_COUNTS = frozenset({"encoder"})  # kinds that count: without their plug they say nothing, or one number
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,11 @@ class Channel:
     name: str
     kind: str
     sigma: float
+
+    @property
+    def can_float(self) -> bool:
+        """Whether it says a constant with noise where its wire is broken, as an axis at rest does, too."""
+        return self.kind not in _COUNTS
 
 
 class Channels:

@@ -27,7 +27,12 @@ from flexarm_estimator.isolation.isolation import (
     share_said,
     shortlist,
 )
-from flexarm_estimator.isolation.leaving_out import are_loud, explain_by_leaving_out, speak_again
+from flexarm_estimator.isolation.leaving_out import (
+    are_loud,
+    explain_by_leaving_out,
+    in_another_way,
+    speak_again,
+)
 from flexarm_estimator.isolation.window import Window
 from flexarm_estimator.isolation.window_reading import Entry, read_window
 
@@ -183,7 +188,9 @@ def _leave_out(
         ]
         fits = [well.misfit[:, i] for i in about]
         fit = min([*fits, well.least], key=lambda misfit: float(misfit.sum()))
-        found.append(explain_by_leaving_out(channels, run, well, fit, window, case.floor(window)))
+        can_float = all(case.channels.all[channel].can_float for channel in channels)
+        explanation = explain_by_leaving_out(channels, run, well, fit, window, case.floor(window))
+        found.append(explanation if can_float else in_another_way(explanation))
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -58,6 +59,11 @@ def explain_by_leaving_out(
     words = f"is detached (says {says} whatever the arm does)"
     is_detached &= bool(gain.sum() >= DETACHED)
     return Explanation(channels, words if is_detached else "", gain, spread, needs_both=not is_detached)
+
+
+def in_another_way(explanation: Explanation) -> Explanation:
+    """Return what is left of an explanation where channels cannot be detached: they are wrong somehow."""
+    return replace(explanation, words="", needs_both=True)
 
 
 def speak_again(told: Explanation, window: Window, noise: Array) -> bool:
