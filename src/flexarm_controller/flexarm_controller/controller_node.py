@@ -18,8 +18,8 @@ Publishes
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
 Subscribes
     model (flexarm_interfaces/ReducedModel, latched), reference (trajectory_msgs/JointTrajectory).
-    model/models (std_msgs/String, latched): a motion for which there are no models ends at rest; not heard
-        in lockstep, where who commands waits for them.
+    model/models (std_msgs/String, latched): a motion for which there are no models, or of which nothing is
+        said, ends at rest; not heard in lockstep, where who commands waits for them.
     modal_state, guard_status, tick: see ``states_node``.
 
 In real time only the newest state is answered when several wait: what was missed is skipped, and counted in
@@ -56,7 +56,7 @@ from flexarm_controller.limits import limits_of
 from flexarm_controller.margins.arming_node import ArmingCheck
 from flexarm_controller.motion.motion_exchange import MotionExchange
 from flexarm_controller.motion.settings import MotionConfig
-from flexarm_controller.motion.tip_goals_node import TipGoals
+from flexarm_controller.motion.tip_goals_node import MODELS_SAID, TipGoals
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
@@ -214,7 +214,7 @@ class ControllerNode(ManagedNode):
         heard = JointTrajectory, "reference", self.on_reference, RELIABLE_QOS, self.on_too_large_reference
         subscribe_bytes(self, *heard, lambda raw: has_too_many_points(raw, self._is_awaited()))
         if not self.settings.lockstep:
-            self.create_subscription(String, "model/models", self._goals.on_models, LATCHED_QOS)
+            self.create_subscription(String, MODELS_SAID, self._goals.on_models, LATCHED_QOS)
         self._states = self._subscribed_states()
         conditions = {
             "a model": lambda: self.exchange.controller is not None,

@@ -63,10 +63,12 @@ print(said[-1])
 GOAL = """
 request = MoveTip.Request()
 request.target.position.x, request.target.position.y = 0.64 * np.cos(0.3), 0.64 * np.sin(0.3)
-print(node._goals.on_move_tip(request, MoveTip.Response()).goal_id)
+node._goals._exchange.has_models = lambda: {there}  # this node is alone
+response = node._goals.on_move_tip(request, MoveTip.Response())
+print(response.reason or response.goal_id)
 """
 ENDING = (
-    GOAL
+    GOAL.format(there=True)
     + """
 said = []
 node._goals._publish = lambda outgoing: said.extend((out.topic, out.msg) for out in outgoing)
@@ -82,14 +84,16 @@ print(*((topic, msg.goal_id, msg.reason) for topic, msg in said))
         (ENDING, True, ["1", "('motion_status', 1, 'the controller is not active any more')"]),
         (UNSERVED, False, ["0.3", "0.0"]),
         (TOO_LARGE, False, ["reference refused: 1001 points, at most 1000 while the guard is armed: "]),
-        (GOAL, False, ["4100001"]),
-        (GOAL, True, ["1"]),
+        (GOAL.format(there=True), False, ["4100001"]),
+        (GOAL.format(there=False), False, ["nobody says on model/models that there are models for it"]),
+        (GOAL.format(there=False), True, ["1"]),
     ],
     ids=[
         "end of the controller",
         "without models",
         "too many points",
         "goals of this life",
+        "goal without a model node",
         "goals in lockstep",
     ],
 )

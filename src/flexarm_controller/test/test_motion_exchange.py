@@ -246,6 +246,41 @@ def test_a_reference_without_models_is_not_followed_after_arming(config, model):
     assert exchange.controller.reference is None
 
 
+SILENCE = "reference refused: no models for it: 0.5 s after its begin the model node has said nothing"
+
+
+@pytest.mark.parametrize("is_goal", [True, False])
+def test_a_motion_of_which_the_model_node_says_nothing_ends_at_rest(config, model, is_goal):
+    """With a frozen node the law went on with the model of another pose, and a sound sensor was blamed."""
+    exchange, goals = arm_of(config, model)
+    goals.has_models = lambda: True
+    if is_goal:
+        goals.on_move_tip(request_to(1.5, duration=2.0))
+    else:
+        goals.on_reference(reference_to_msg(swing(1.5, 2.0), ("base.rz",), EPOCH + PERIOD_NS))
+    exchange.on_modal_state(state(model, 101))
+    assert SILENCE not in reasons(goals.update())
+    exchange.on_modal_state(state(model, 102))
+    said = goals.update()
+    assert SILENCE in reasons(said)
+    assert told(said, "reference")[0].header.frame_id == OWN_FRAME
+    assert exchange.controller.reference.position(9.0)[0] < 0.6  # rad
+    exchange.on_modal_state(state(model, 400))
+    assert not told(goals.update(), "reference")  # the way to rest awaits nobody
+
+
+@pytest.mark.parametrize("is_told", [True, False])
+def test_a_motion_goes_on_once_its_models_are_told_and_where_nobody_ever_tells_them(config, model, is_told):
+    exchange, goals = arm_of(config, model)
+    goals.has_models = lambda: is_told
+    _, outgoing = goals.on_move_tip(request_to(1.5, duration=2.0))
+    if is_told:
+        goals.on_models(f"{own_stamp(outgoing)}: 3 ab12")
+    exchange.on_modal_state(state(model, 150))
+    assert not reasons(goals.update())
+    assert exchange.controller.reference.position(9.0)[0] == pytest.approx(1.5, abs=1e-6)
+
+
 def test_who_waits_for_a_goal_hears_why_the_guard_has_stopped_the_arm(config, model):
     exchange, goals = arm_of(config, model)
     goals.on_move_tip(request_to(0.3))

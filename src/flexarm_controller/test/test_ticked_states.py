@@ -46,7 +46,7 @@ class Topics:
 
 
 def test_a_state_is_answered_with_what_the_guard_had_said_by_then() -> None:
-    """A rig that brakes was ahead: the state before a stop was answered as if after it, unlike in a replay."""
+    """A rig that brakes was ahead: the state before a stop was answered as if after it."""
     topics = Topics()
     topics.tick(1)
     topics.tick(2)

@@ -4,14 +4,14 @@ A reference made here is also sent on the topic ``reference``, so that the model
 motion and a bag holds what was followed. The controller takes that very message as it takes any other, and
 a replay does the same.
 
-Where the model node has no models for what is followed, the arm is brought to rest: the law would go on with
-the model of another pose, or the arm cannot stand where it is led.
+Where the model node has no models for what is followed, or says nothing of it, the arm is brought to rest:
+the law would go on with the model of another pose, or the arm cannot stand where it is led.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from flexarm_controller.answer import Outgoing
@@ -24,6 +24,7 @@ from flexarm_controller.motion.conversions import (
     own_reference_msg,
     progress_to_msg,
 )
+from flexarm_controller.motion.models_awaited import ModelsAwaited
 from flexarm_controller.motion.motion_server import Answer, MotionServer
 from flexarm_controller.motion.progress import Progress
 from flexarm_controller.motion.refusals import MotionError
@@ -33,7 +34,6 @@ from flexarm_controller.reference import Reference
 from flexarm_controller.state import ArmState
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
-from flexarm_model.motion.told import told_of_reference
 from flexarm_model.served.parameter_watch import PARAMETER_STEP, ParameterWatch
 from flexarm_model.served.reduced_model import ReducedModel
 
@@ -43,6 +43,7 @@ class MotionExchange:
 
     Attributes:
         arm: The manipulator.
+        has_models: Whether somebody makes the models of motions, and says so.
     """
 
     def __init__(
@@ -67,13 +68,14 @@ class MotionExchange:
         self._exchange, self._names, self.arm = exchange, tuple(config.actuated), config
         self._parameters = ParameterWatch(config, PARAMETER_STEP)
         self._server = MotionServer(tip, limits_of(config), motion, period, goals)
-        self._followed_ns, self._unserved = -1, (-1, "")  # stamps of references; why there are no models
+        self._models = ModelsAwaited()
+        self.has_models: Callable[[], bool] = _nobody
 
     def on_reference(self, msg: Any) -> list[Outgoing]:
         """Answer a reference of others; returns what is to be sent, the verdict first."""
         answer = self._exchange.on_reference(msg)
         if not answer[0].msg.reason.startswith(REFUSED):
-            self._followed_ns = stamp_to_ns(msg.header.stamp)
+            self._models.follow(stamp_to_ns(msg.header.stamp), self.has_models())
         return answer + self._give_up()
 
     def on_parameter(self, name: str, value: float, variance: float) -> None:
@@ -85,10 +87,7 @@ class MotionExchange:
 
     def on_models(self, text: str) -> list[Outgoing]:
         """Hear what the model node says of a reference: "stamp: receipt" or "stamp: refused: reason"."""
-        stamp_ns, words = told_of_reference(text)
-        if not words.startswith("refused: "):
-            return []
-        self._unserved = stamp_ns, words.removeprefix("refused: ")
+        self._models.hear(text)
         return self._give_up()
 
     def on_move_tip(self, request: Any) -> tuple[Any, list[Outgoing]]:
@@ -100,7 +99,7 @@ class MotionExchange:
             why = str(error)
         if not why and not isinstance(arm, str):
             answer = self._server.move_tip(goal, arm, arm.state)
-            return move_response(answer), [*self._sent(arm), *self._told(arm)]
+            return move_response(answer), [*self._sent(arm, self.has_models()), *self._told(arm)]
         why = why or str(arm)
         if isinstance(stopped := self._arm(is_armed=True), str):
             return move_response(Answer(False, why)), []
@@ -130,7 +129,7 @@ class MotionExchange:
         if self._exchange.is_armed and (silence := self._exchange.guard.fault) and self._server.is_pursuing:
             self._server.cancel(0, arm, arm.state)  # it may hear without being heard
             return [*self._sent(arm), *self.end(silence)]
-        return self._told(arm)
+        return [*self._give_up(), *self._told(arm)]
 
     def end(self, why: str) -> list[Outgoing]:
         """Give up what is pursued, for the arm is not moved any more; returns the last word on it."""
@@ -139,10 +138,11 @@ class MotionExchange:
 
     def _give_up(self) -> list[Outgoing]:
         """Bring the arm to rest if there are no models for what it follows; returns what is to be sent."""
-        (stamp_ns, reason), arm = self._unserved, self._arm(is_armed=True)
-        if stamp_ns != self._followed_ns or stamp_ns < 0 or isinstance(arm, str):
+        arm = self._arm(is_armed=True)
+        if isinstance(arm, str) or not (reason := self._models.missing(arm.now_ns)):
             return []
-        self._followed_ns, words = -1, [f"no models for it: {reason}"]
+        self._models.forget()
+        words = [f"no models for it: {reason}"]
         if self._exchange.is_armed:
             words += filter(None, [self._server.cancel(0, arm, arm.state).reason])  # why it goes on, say
         else:
@@ -150,11 +150,11 @@ class MotionExchange:
         said = self._exchange.refuse_reference("; ".join(words))
         return [*said, *self._sent(arm), *self._told(arm)]
 
-    def _sent(self, arm: _Arm) -> list[Outgoing]:
-        """Return the references that an arm has taken, and what was said of them."""
+    def _sent(self, arm: _Arm, is_awaited: bool = False) -> list[Outgoing]:
+        """Return the references that an arm has taken, and what was said; those to rest need no models."""
         for out in arm.sent:
             if out.topic == "reference":
-                self._followed_ns = stamp_to_ns(out.msg.header.stamp)
+                self._models.follow(stamp_to_ns(out.msg.header.stamp), is_awaited)
         return arm.sent
 
     def _told(self, arm: _Arm) -> list[Outgoing]:
@@ -182,6 +182,11 @@ class _Arm:
         self._exchange, self._controller, self._names = exchange, exchange.controller, names
         self.state, self.epoch_ns = state, epoch_ns
         self.sent: list[Outgoing] = []
+
+    @property
+    def now_ns(self) -> int:
+        """Stamp of the state [ns]."""
+        return self.epoch_ns + round(1e9 * self.state.t)
 
     @property
     def model(self) -> ReducedModel:
@@ -213,6 +218,10 @@ class _Arm:
             return str(answer.msg.reason).removeprefix(REFUSED)
         self.sent += [Outgoing("reference", msg), answer]
         return ""
+
+
+def _nobody() -> bool:
+    return False
 
 
 def _said(told: Sequence[Progress], arm: _Arm) -> list[Outgoing]:

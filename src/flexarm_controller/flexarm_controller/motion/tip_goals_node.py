@@ -26,6 +26,7 @@ from flexarm_controller.motion.conversions import OWN_FRAME
 from flexarm_controller.motion.motion_exchange import MotionExchange
 from flexarm_model.ros.parameters_node import subscribe_parameters
 
+MODELS_SAID = "model/models"  # on which the model node says what there is for a reference
 DEPTH = 100  # of motion_status: what becomes of a goal is said once
 
 
@@ -56,13 +57,18 @@ class TipGoals:
             "motion_status": node.create_publisher(MotionStatus, "motion_status", QoSProfile(depth=DEPTH)),
             "reference": node.create_publisher(JointTrajectory, "reference", QoSProfile(depth=DEPTH)),
         }
+        self._is_live, said = is_live, node.resolve_topic_name(MODELS_SAID)
         if is_live:
+            exchange.has_models = lambda: node.count_publishers(said) > 0
             subscribe_parameters(node, exchange.arm, exchange.on_parameter)
         node.create_service(MoveTip, "~/move_tip", self.on_move_tip)
         node.create_service(CancelMotion, "~/cancel", self.on_cancel)
 
     def on_move_tip(self, request: MoveTip.Request, _: MoveTip.Response) -> MoveTip.Response:
         """Begin to move, or say why not."""
+        if self._is_live and not self._exchange.has_models():
+            why = f"nobody says on {MODELS_SAID} that there are models for it: is the model node active?"
+            return MoveTip.Response(accepted=False, reason=why)
         response, outgoing = self._exchange.on_move_tip(request)
         words = f"goal {response.goal_id}, {response.duration:.3f} s" if response.accepted else "refused"
         self._node.get_logger().info("; ".join(filter(None, [f"move_tip: {words}", response.reason])))
