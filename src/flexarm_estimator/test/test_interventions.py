@@ -77,6 +77,28 @@ def test_what_cannot_be_done_is_refused_by_field_value_and_what_is_allowed(inter
     assert words in str(refused.value)
 
 
+def test_a_state_that_a_sound_encoder_denies_is_refused_and_taken_without_it():
+    """A controller drove an axis where there was nothing to go to: its place had been set 50 mrad off."""
+    made = estimator()
+    at = float(run(made, 0, 200).x[0])
+    off = SetState((at + 0.05,), theta_sigma=(1e-4,))
+    with pytest.raises(
+        InterventionError, match=r"theta: base.rz would be at .* its encoder 'encoder' has it at"
+    ):
+        off.check(made)
+    SetState((at + 0.05,), theta_sigma=(0.02,)).check(made)  # not so sure of it
+    SetState((at,), theta_sigma=(1e-4,)).check(made)
+    do(made, ToggleSensor("encoder", False))
+    off.check(made)
+
+
+def test_an_arm_without_gauges_is_not_bent_to_pieces_either():
+    made = estimator(tuple(spec for spec in SENSORS if spec.kind != "strain_gauge"))
+    with pytest.raises(InterventionError, match=r"eta: mode 2 at 1e\+06 kg\^0.5 m; allowed: up to"):
+        SetState((0.1,), eta=(0.0, 1e6, 0.0)).check(made)
+    SetState((0.1,), eta=(1e-3, 0.0, 0.0)).check(made)
+
+
 @pytest.mark.parametrize("most", [6.0, np.inf])
 def test_a_velocity_that_an_axis_can_have_is_taken(most):
     made = estimator(with_limit(SENSORS) if most == 6.0 else SENSORS)  # without a limit there is none here
@@ -147,17 +169,17 @@ def test_every_setting_offered_is_one_of_the_estimator(name):
 
 def test_a_state_is_set_with_its_sigma_and_what_is_left_out_is_zero_or_as_at_the_start():
     made = estimator()
-    run(made, 0, 100)
+    at = float(run(made, 0, 100).theta[0])
     start = made.past[0].process.P0
-    state = SetState((0.25,), theta_dot=(0.5,), eta=(1e-3, 0.0, 0.0), theta_sigma=(1e-3,), eta_sigma=(2e-4,))
+    state = SetState((at,), theta_dot=(0.5,), eta=(1e-3, 0.0, 0.0), theta_sigma=(1e-3,), eta_sigma=(2e-4,))
     do(made, state)
     belief = made.past[1][-1].belief
-    np.testing.assert_array_equal(belief.x[:9], [0.25, 1e-3, 0, 0, 0.5, 0, 0, 0, 0])
+    np.testing.assert_array_equal(belief.x[:9], [at, 1e-3, 0, 0, 0.5, 0, 0, 0, 0])
     sigma = np.sqrt(belief.P.diagonal())
     np.testing.assert_allclose(sigma[:4], [1e-3, 2e-4, 2e-4, 2e-4])
     np.testing.assert_allclose(sigma[4:9] ** 2, start.diagonal()[4:9])
     estimate = made.step([], np.zeros(1), 100 * DT)
-    assert estimate.theta[0] == pytest.approx(0.25 + 0.5 * DT, abs=1e-4)
+    assert estimate.theta[0] == pytest.approx(at + 0.5 * DT, abs=1e-4)
     assert estimate.status == "ok"
 
 
@@ -171,11 +193,11 @@ def test_the_order_of_the_names_is_that_of_the_numbers():
 
 def test_a_state_set_after_a_reset_is_kept():
     made = estimator()
-    run(made, 0, 50)
+    at = float(run(made, 0, 50).theta[0]) + 5e-5  # rad; 2.5 sigmas of the encoder
     do(made, Reset())
-    do(made, SetState((0.7,), theta_sigma=(1e-6,)))
+    do(made, SetState((at,), theta_sigma=(1e-6,)))
     estimate = made.step([], np.zeros(1), 50 * DT)
-    assert estimate.theta[0] == pytest.approx(0.7)
+    assert estimate.theta[0] == pytest.approx(at, abs=1e-8)
 
 
 @pytest.mark.parametrize("turns", [1, 100_000])

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
+from flexarm_estimator.interventions.contradiction import contradiction
 from flexarm_estimator.interventions.intervention import (
     LEAST_SIGMA,
     MOST,
@@ -65,11 +66,12 @@ class SetState(Intervention):
         for name in _SIGMAS:
             size = sizes[name.removesuffix("_sigma").removesuffix("_dot")]
             require_numbers(name, getattr(self, name), (0, 1, size), LEAST_SIGMA)
-        parts, x = estimator.past[0], self._belief(estimator).x
+        belief = self._belief(estimator)
+        parts, x = estimator.past[0], belief.x
         if refusal := parts.possible.refusal(x):
             raise InterventionError(f"theta, eta: at this state {refusal}")
         motions = PossibleMotions(estimator.specs, parts.sensors.rows, parts.layout, parts.model.omega)
-        if refusal := motions.refusal(x):
+        if refusal := motions.refusal(x) or contradiction(estimator, belief):
             raise InterventionError(refusal)
 
     def apply(self, estimator: Estimator) -> None:
