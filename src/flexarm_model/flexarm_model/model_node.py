@@ -237,7 +237,7 @@ class ModelNode(ManagedNode):
         self.create_subscription(String, "controller/references", self.on_verdict, RELIABLE_QOS)
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)
         if not self.settings.lockstep:
-            subscribe_parameters(self, self._config, self._watched.hear)
+            self._watched.silence = subscribe_parameters(self, self._config, self._watched.hear)
         self._answering = ModelServices(self, lambda: self.cache, lambda: self._served.newest)
         self.tell_ready({"model": lambda: True})
         self._diagnostics = Diagnostics(self, self.verdicts)

@@ -108,6 +108,30 @@ tell(0.1); print(node.verdicts()[1].text)
     assert told[4] == "pressure: 10000 is not within 100000 ... 200000 where it is known; 100000 is taken"
 
 
+def test_a_sensor_of_a_parameter_that_is_silent_or_gone_is_told() -> None:
+    """Its one message had come before the node: models were 42 % off, and all was well."""
+    code = """
+def spin(until):
+    end = time.monotonic() + 10.0
+    while not until() and time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.05)
+
+def text(): return node.verdicts()[1].text
+print(text())
+sensor = node.create_publisher(FluidPressure, "parameters/pressure", 10)
+spin(lambda: text() != "ok"); print(text())
+sensor.publish(FluidPressure(fluid_pressure=1.5e5))
+spin(lambda: text() == "ok"); print(text())
+node.destroy_publisher(sensor)
+spin(lambda: text() != "ok"); print(text())
+"""
+    told = run_beside("import time\n" + SOFTENING, code)
+    topic = "/flexarm/parameters/pressure"
+    assert told[0] == told[2] == "ok"
+    assert told[1] == f"nothing was heard on {topic} yet; the described value is used"
+    assert told[3] == f"nobody publishes {topic} any more; what was told last is used"
+
+
 def test_a_change_that_comes_before_the_arm_is_heard_or_soon_after_another_is_not_lost() -> None:
     """A driver that tells changes only was left with the stiffness before."""
     code = """

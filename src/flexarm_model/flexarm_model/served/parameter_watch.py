@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.other_parameters import parameter_range
@@ -18,6 +18,7 @@ class ParameterWatch:
     Attributes:
         used: Values that the models in use are made for, by name [SI].
         refused: Why no models are made for what was told; empty where they are.
+        silence: Tells of whom nothing is heard.
     """
 
     def __init__(self, config: ManipulatorConfig, step: float) -> None:
@@ -30,13 +31,14 @@ class ParameterWatch:
         self._ranges = {name: parameter_range(config, name) for name in config.parameters}
         self._least = {name: step * (high - low) for name, (low, high) in self._ranges.items()}
         self.used, self.refused = dict(config.parameters), ""
+        self.silence: Callable[[], str] = str
         self._told, self._trouble = dict(config.parameters), dict.fromkeys(config.parameters, "")
         self._due = dict.fromkeys(config.parameters, False)
 
     @property
     def trouble(self) -> str:
-        """What is wrong with what was told; empty if nothing is."""
-        return "; ".join(filter(None, (self.refused, *self._trouble.values())))
+        """What is wrong with what was told, or that nothing is; empty if all is well."""
+        return "; ".join(filter(None, (self.refused, *self._trouble.values(), self.silence())))
 
     @property
     def is_due(self) -> bool:
