@@ -20,13 +20,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from rclpy.duration import Duration
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from std_msgs.msg import Bool
 
 from flexarm_model.process.single_instance import claim_name
 from flexarm_model.ros.asked_transitions import refuse_unknown_transitions
 from flexarm_model.ros.logger_node import NodeLogger
 from flexarm_model.ros.node import LATCHED_QOS, ReadyFlag
+from flexarm_model.ros.tidy_node import TidyNode
 from flexarm_model.settings.parameters import parameter
 
 LAST_WORDS = 0.1  # s that they may take to be heard
@@ -49,25 +50,7 @@ class LifeSettings:
     )
 
 
-class _UntilGone:
-    """What is called with messages or requests, until the subscription or service goes.
-
-    The executor may hold one that has come before: the callback would find its publishers destroyed, and the
-    node would end by that. A request is left with the response as it was.
-    """
-
-    def __init__(self, callback: Callable[..., Any]) -> None:
-        self._callback: Callable[..., Any] | None = callback
-
-    def __call__(self, *args: Any) -> Any:
-        return args[-1] if self._callback is None else self._callback(*args)
-
-    def end(self) -> None:
-        """Call nothing any more."""
-        self._callback = None
-
-
-class ManagedNode(LifecycleNode):  # type: ignore[misc]
+class ManagedNode(TidyNode):
     """Base of flexarm's nodes; a node class calls ``start`` at the end of its constructor.
 
     Attributes:
@@ -86,7 +69,6 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         Raises:
             NameTakenError: A node of this name is running; this one has said nothing yet.
         """
-        self._until_gone = dict[Any, _UntilGone]()  # callbacks of subscriptions
         super().__init__(name, namespace="flexarm")
         refuse_unknown_transitions(self)
         self.name_held = claim_name(self.get_fully_qualified_name(), str(self.context.get_domain_id()))
@@ -102,37 +84,6 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
     def subscriptions(self) -> Iterator[Any]:
         """Return what an executor is to hear: all subscriptions but those that are polled."""
         return (each for each in super().subscriptions if each not in self.polled)
-
-    def create_subscription(
-        self, kind: Any, topic: str, callback: Callable[[Any], None], *args: Any, **more: Any
-    ) -> Any:
-        """Subscribe as every node does, until it is destroyed: see ``_UntilGone``."""
-        heard = _UntilGone(callback)
-        made = super().create_subscription(kind, topic, heard, *args, **more)
-        self._until_gone[made] = heard
-        return made
-
-    def destroy_subscription(self, subscription: Any) -> bool:
-        """Hear nothing of it any more."""
-        if heard := self._until_gone.pop(subscription, None):
-            heard.end()
-        return bool(super().destroy_subscription(subscription))
-
-    def create_service(
-        self, kind: Any, name: str, callback: Callable[..., Any], *args: Any, **more: Any
-    ) -> Any:
-        """Offer a service as every node does, until it is destroyed: see ``_UntilGone``."""
-        asked = _UntilGone(callback)
-        made = super().create_service(kind, name, asked, *args, **more)
-        self._until_gone[made] = asked
-        return made
-
-    def destroy_service(self, service: Any) -> bool:
-        """Answer nobody any more, though the executor may try to with a request that it has taken."""
-        if asked := self._until_gone.pop(service, None):
-            asked.end()
-            service.send_response = lambda response, header: None
-        return bool(super().destroy_service(service))
 
     def has_publisher(self, topic: str) -> bool:
         """Return whether somebody speaks on a topic."""
