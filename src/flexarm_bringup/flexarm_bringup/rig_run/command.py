@@ -35,6 +35,7 @@ from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import check_domain, defaults
 from flexarm_bringup.rig_run.late_nodes import LateNodes
 from flexarm_bringup.rig_run.lines import Lines
+from flexarm_bringup.rig_run.unbegun_bag import is_unbegun, remove_unbegun
 from flexarm_bringup.tasks.node_settings import arm_graph, drift_settings
 from flexarm_model.process.security import is_security_asked_for
 from flexarm_model.process.single_instance import NameTakenError
@@ -123,11 +124,21 @@ def _run(
                 code = _watch(supervisor, watch, say, args.seconds, asked_to_end)
         codes = supervisor.exit_codes()
         say("ended: " + ", ".join(f"{name} {ended}" for name, ended in codes.items()))
-        if codes.get("recorder"):
-            say(f"the bag is not whole; to save what is: flexarm recover {args.bag} --output NEW")
-            code = code or ENDED
+        code = code or _judge_bag(codes.get("recorder", 0), args.bag, say)
         watch.exit_code = code
     return code
+
+
+def _judge_bag(ended: int, bag: Path | None, say: Callable[[str], None]) -> int:
+    """Say whether a bag is whole, by the exit code of its recorder; returns the exit code that makes."""
+    if not ended or bag is None:
+        return OK
+    if ended < 0 and is_unbegun(bag):
+        remove_unbegun(bag)
+        say("nothing was recorded yet")
+        return OK
+    say(f"the bag is not whole; to save what is: flexarm recover {bag} --output NEW")
+    return ENDED
 
 
 def _graph(args: argparse.Namespace) -> tuple[Process, ...]:
