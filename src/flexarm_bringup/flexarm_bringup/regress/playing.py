@@ -22,10 +22,11 @@ from flexarm_bringup.provenance import git_hash
 from flexarm_bringup.regress.case import Case
 from flexarm_bringup.replaying.replay_bag import OUTPUTS, configuration, replay
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_model.conversions import model_to_msg, stamp_to_ns
+from flexarm_model.conversions import model_from_msg, model_to_msg, stamp_to_ns
 from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
+from flexarm_model.served.parameters_of_model import parameters_of
 from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -96,17 +97,19 @@ def play(bag: Bag) -> Played:
 
 
 def models(bag: Bag) -> Iterator[Record]:
-    """Yield every model of a bag, computed again about its pose.
+    """Yield every model of a bag, computed again about its pose, for the parameters it was made for.
 
     Raises:
         PoseError, ClosureError: There is none any more.
     """
     config, settings = configuration(bag)
     tree = ReducedTree(starting_at(config, settings.get("model", {}).get("start", ())))
+    values = dict(config.parameters)
     for record in bag.records:
         if record.name == MODEL:
             msg = deserialise(record.cdr, record.type)
-            model = linearize(tree, np.array(msg.pose))
+            values = parameters_of(tree, model_from_msg(msg), values)
+            model = linearize(tree.under(values), np.array(msg.pose))
             again = model_to_msg(model, stamp_to_ns(msg.header.stamp), msg.header.frame_id)
             yield replace(record, cdr=serialise(again, record.type))
 
