@@ -87,6 +87,7 @@ def test_the_graph_of_a_domain_that_is_none_is_not_listened_to(domain: str) -> N
 PATIENCE = 60.0  # s
 TWINS = "2 nodes are called /flexarm/rig"
 MISFIT = "best effort, the subscriber wants reliable"
+RIVALS = "guard_status: 2 speak, guard2, rig"
 TALKERS = """
 import rclpy, sys
 from rclpy.node import Node
@@ -94,6 +95,8 @@ from std_msgs.msg import String
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 rclpy.init()
 one, two = Node("rig", namespace="flexarm"), Node("rig", namespace="flexarm")
+from flexarm_interfaces.msg import GuardStatus
+for node in (one, Node("guard2", namespace="flexarm")): node.create_publisher(GuardStatus, "guard_status", 1)
 one.create_publisher(String, "spoken", QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
 two.create_subscription(String, "spoken", print, 1)
 print("ready", flush=True)
@@ -102,17 +105,21 @@ sys.stdin.read()
 
 
 @pytest.mark.ros
-def test_twin_nodes_and_qualities_that_do_not_fit_are_named(ros_environment: dict[str, str]) -> None:
+def test_twin_nodes_two_guards_and_qualities_that_do_not_fit_are_named(
+    ros_environment: dict[str, str],
+) -> None:
     talk, pipe = [sys.executable, "-c", TALKERS], subprocess.PIPE
     with subprocess.Popen(talk, stdin=pipe, stdout=pipe, text=True, env=ros_environment) as talkers:
         assert talkers.stdout is not None and talkers.stdout.readline() == "ready\n"
         found = _ask_doctor(ros_environment)
         deadline = time.monotonic() + PATIENCE  # who has just begun to speak may not have told it all yet
-        while not (TWINS in found.stdout and MISFIT in found.stdout) and time.monotonic() < deadline:
+        while (
+            not all(each in found.stdout for each in (TWINS, MISFIT, RIVALS)) and time.monotonic() < deadline
+        ):
             found = _ask_doctor(ros_environment)
         talkers.communicate("")
     assert found.returncode == 1, found.stdout
-    assert TWINS in found.stdout and MISFIT in found.stdout
+    assert all(each in found.stdout for each in wanted), found.stdout
 
 
 def _ask_doctor(environment: dict[str, str]) -> subprocess.CompletedProcess[str]:

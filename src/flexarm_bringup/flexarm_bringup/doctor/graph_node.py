@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState, ReducedModel
@@ -15,13 +15,14 @@ from rclpy.time import Time
 from flexarm_bringup.doctor.finding import Finding, Verdict
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.spinning import spin_once
-from flexarm_bringup.topics import NAMESPACE
+from flexarm_bringup.topics import NAMESPACE, STREAMS, Stream
 from flexarm_model.ros.node import LATEST_QOS, MODELS_QOS, events_executor
 from flexarm_model.ros.tool_node import in_domain
 
 LISTEN = 3.0  # s
 EXCHANGE = 5.0  # s, longest that nodes need to take over a new model
 OWN = "doctor"
+ALONE = "model", "rig", "guard", "estimator"  # one of each; what goes to the guard others may send, too
 
 
 def look_at_graph() -> Iterator[Finding]:
@@ -35,6 +36,7 @@ def look_at_graph() -> Iterator[Finding]:
         try:
             heard = _listen(node)
             yield from _nodes(node)
+            yield from find_rivals({stream.topic: _speakers(node, stream) for stream in STREAMS})
             yield from _qualities(node)
             yield from look_at_models(heard)
             yield from _guard(heard)
@@ -78,6 +80,25 @@ def _nodes(node: Node) -> Iterator[Finding]:
         yield Finding(how_bad, "graph", running, f"not running, or stuck: {', '.join(missing)}")
     else:
         yield Finding("ok", "graph", f"running: {', '.join(sorted(found))}")
+
+
+def _speakers(node: Node, stream: Stream) -> list[str]:
+    """Return who speaks on a topic of which there is one per arm; nobody for others."""
+    if stream.publisher not in ALONE or stream.topic.endswith("/*"):
+        return []
+    return sorted(info.node_name for info in node.get_publishers_info_by_topic(stream.name))
+
+
+def find_rivals(speakers: Mapping[str, Sequence[str]]) -> Iterator[Finding]:
+    """Yield every topic of which two nodes think that it is theirs alone.
+
+    Args:
+        speakers: Names of nodes by topic.
+    """
+    for topic, names in speakers.items():
+        if len(names) > 1:
+            text = f"{topic}: {len(names)} speak, {', '.join(names)}"
+            yield Finding("FAULT", "graph", text, "stop all but one: whoever listens takes each for the one")
 
 
 def _qualities(node: Node) -> Iterator[Finding]:
