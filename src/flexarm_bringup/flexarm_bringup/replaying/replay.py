@@ -6,9 +6,9 @@
   flexarm replay BAG --remap /joint_states:=joint_states --remap /imu:=imu/tip_accelerometer
                                           a bag of another robot: what can the estimator not use of it?
 
-A lockstep recording and its replay agree, but for the reason of a controller that waits because its margins are
-too small: what it waits for is in no bag. A recording in real time holds what reached the recorder, in that
-order, and the estimator may have seen another; compare its replays with each other.
+A lockstep recording and its replay agree, but for the reason of a controller that waits because its margins
+are too small: what it waits for is in no bag. A recording in real time holds what reached the recorder, in
+that order, and the estimator may have seen another; compare its replays with each other.
 
 The exit code is 1 when the first divergence has been named, 2 when a bag cannot be used.
 """
