@@ -57,6 +57,29 @@ def test_roving_sensors_with_a_common_one_are_one_matrix_and_a_change_of_scale_i
         of_records([first, ringing(2, 60.0, ("a", "c"), 2 * GAINS[:, [0, 2]])], Averaging(0.25))
 
 
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (
+            -1.0,
+            r"a/f is 100.0 % in set-up 2 .*other sign, [+-]180.0 deg.* direction or polarity of a or of f",
+        ),
+        (1j, r"a/f is 100.0 % .* \+90.0 degrees of phase.* another quantity"),
+        (-1.3, r"a/f is 130.0 % .*other sign"),
+    ],
+)
+def test_set_ups_of_another_sign_or_phase_are_refused_as_those_of_another_gain(
+    factor: complex, said: str
+) -> None:
+    """The common response was averaged with its own negative, and every shape was wrong."""
+    first = Responses(np.arange(4.0), {("a", "f"): np.array([1.0, 2j, -1.0, 0.5])}, {}, "mobility")
+    with pytest.raises(SourceError, match=said):
+        check_scale([first, replace(first, cells={("a", "f"): factor * first.cells["a", "f"]})])
+    late = replace(first, cells={("a", "f"): np.exp(-0.05j) * first.cells["a", "f"]})
+    assert "-2.9 degrees of phase" in check_scale([first, late])[0]
+    assert not check_scale([first, first])
+
+
 def test_set_ups_without_a_common_response_are_told() -> None:
     ones = np.ones(4, complex)
     parts = [Responses(np.arange(4.0), {(name, "f"): ones}, {}, "mobility") for name in "ab"]
