@@ -174,6 +174,20 @@ def test_thinning_keeps_every_extreme_and_short_lines_whole():
     np.testing.assert_array_equal(thin(t[:100], y[:100])[1], y[:100])
 
 
+@pytest.mark.parametrize("level", [5.0, -5.0])
+def test_thinning_keeps_extremes_among_samples_that_are_no_numbers(level):
+    """A gap counted as zero, so it was kept in the place of the dip beside it."""
+    t = np.linspace(0.0, 1.0, 100_000)
+    y = np.full(t.size, level)
+    y[::7] = np.nan
+    y[50_000:51_000] = np.nan
+    y[777] = level / 2
+    y[780] = np.inf
+    thinned = thin(t, y)[1]
+    assert level / 2 in thinned
+    assert 5 < np.isnan(thinned).sum() < 10 and not np.isinf(thinned).any()
+
+
 def test_spells_tell_from_when_to_when_a_value_held():
     assert spells(np.arange(5.0), ["a", "a", "b", "b", "a"]) == [
         (0.0, 2.0, "a"),

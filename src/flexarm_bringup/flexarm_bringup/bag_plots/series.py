@@ -100,14 +100,22 @@ class BagSeries:
 
 
 def thin(t: Array, y: Array) -> tuple[Array, Array]:
-    """Return the extremes of a line in short stretches, in order of time; short lines as they are."""
+    """Return the extremes of a line in short stretches, in order of time; short lines as they are.
+
+    Of a stretch with gaps the extremes of its numbers are kept; one without a number stays a gap.
+
+    Args:
+        t: Instants [s], (k,).
+        y: The line; NaN where there is none, (k,).
+    """
     if t.size <= 4 * STRETCHES:
         return t, y
     edges = np.linspace(0, t.size, STRETCHES + 1).astype(int)
     kept: list[int] = []
     for low, high in zip(edges[:-1], edges[1:], strict=True):
-        part = np.nan_to_num(y[low:high])
-        kept += sorted({low + int(part.argmin()), low + int(part.argmax())})
+        known = low + np.flatnonzero(np.isfinite(y[low:high]))
+        at = known if known.size else np.array([low])
+        kept += sorted({int(at[y[at].argmin()]), int(at[y[at].argmax()])})
     return t[kept], y[kept]
 
 
