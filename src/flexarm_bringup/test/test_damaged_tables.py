@@ -54,6 +54,36 @@ def test_columns_that_do_not_fit_are_named(more: dict[str, Any], said: str, tmp_
         read_table(saved(tmp_path / "run.npz", **more), "receptance")
 
 
+@pytest.mark.parametrize(("rate_hz", "decimals"), [(2048.0, 6), (300.0, 5), (50_000.0, 6)])
+def test_even_instants_may_be_rounded(rate_hz: float, decimals: int, tmp_path: Path) -> None:
+    """Half a microsecond is more than a thousandth of a step of 488 microseconds."""
+    t = np.round(np.arange(N) / rate_hz, decimals)
+    records = read_table(saved(tmp_path / "run.npz", t=t), "receptance")
+    assert isinstance(records, Records) and records.rate_hz == pytest.approx(rate_hz, rel=1e-5)
+
+
+def test_a_clock_that_drifts_slowly_is_even(tmp_path: Path) -> None:
+    t = T * (1 + 1e-7 * np.arange(N))  # in the middle 0.22 of a step off the straight line
+    assert isinstance(read_table(saved(tmp_path / "run.npz", t=t), "receptance"), Records)
+
+
+@pytest.mark.parametrize(
+    ("t", "said"),
+    [
+        (np.delete(np.arange(N + 1), 1200) * 0.01, r"0\.01 to 0\.02 s, .* value 1201 \(line 1202 of a CSV\)"),
+        (np.arange(N + 1)[1:] ** 1.5, "allowed is 0.1 of a step off the straight line"),
+        (T[::-1], r"steps of -0.01 to -0.01 s"),
+        (np.where(np.arange(N) == 7, np.nan, T), r"value 8 \(line 9 of a CSV\) is no finite number"),
+        (np.zeros(N), "steps of 0 to 0 s"),
+    ],
+)
+def test_instants_that_are_not_even_are_told_with_the_first_of_them(
+    t: np.ndarray, said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(SourceError, match=f"column 't' is not evenly spaced and ascending: .*{said}"):
+        read_table(saved(tmp_path / "run.npz", t=t), "receptance")
+
+
 def test_instruments_go_by_name_and_not_by_their_place(tmp_path: Path) -> None:
     more = {"in:v": T, "ref:v": 2 * T, "ref:u": 3 * T}
     records = read_table(saved(tmp_path / "run.npz", **more), "receptance")

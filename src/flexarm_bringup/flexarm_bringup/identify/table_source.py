@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.identify.csv_table import read_csv
+from flexarm_bringup.identify.even_time import rate_of
 from flexarm_bringup.identify.measurement import COMMON, Cell, Records, Responses, SourceError, checked
 from flexarm_model.fe_import.matlab_file import read_variables
 from flexarm_model.modal.frf import KINDS
@@ -25,7 +26,6 @@ Array = NDArray[np.float64]
 SIDES = ("in:", "out:", "ref:")
 NUMBERS = "biufc"  # kinds of NumPy's types
 LEAST_PERIOD = 4  # samples after which an excitation repeats
-EVEN = 1e-3  # relative scatter of the time steps that is still even
 
 
 def read_table(path: Path, kind: str) -> Responses | Records:
@@ -124,9 +124,7 @@ def _responses(path: Path, columns: Mapping[str, Any], kind: str) -> Responses:
 
 def _records(path: Path, columns: Mapping[str, Any], kind: str) -> Records:
     t = np.real(np.asarray(columns["t"]))
-    steps = np.diff(t)
-    if t.size < 2 or not (abs(steps - steps.mean()) <= EVEN * abs(steps.mean())).all() or steps.mean() <= 0:
-        raise SourceError(f"{path}: column 't' is not evenly spaced and ascending")
+    rate_hz = rate_of(path, t)
     sides: dict[str, dict[str, Array]] = {"in": {}, "out": {}, "ref": {}}
     for name, values in columns.items():
         side, colon, channel = name.partition(":")
@@ -140,7 +138,7 @@ def _records(path: Path, columns: Mapping[str, Any], kind: str) -> Records:
         kind = COMMON
     kinds = {name: value for name, value in kinds.items() if value != kind}
     return Records(
-        1.0 / float(steps.mean()), sides["in"], sides["out"], kind, kinds, instruments,
+        rate_hz, sides["in"], sides["out"], kind, kinds, instruments,
         _repeats(path, columns, t.size), bool(_number(path, columns, "is_held")), _band(path, columns),
     )  # fmt: skip
 
