@@ -80,6 +80,16 @@ def test_set_ups_of_another_sign_or_phase_are_refused_as_those_of_another_gain(
     assert not check_scale([first, first])
 
 
+def test_runs_whose_channels_come_in_another_order_are_runs_of_one_set_up() -> None:
+    """They were two set-ups, of which no half was predicted from the other."""
+    first, second = (ringing(seed, 20.0, ("a", "b"), GAINS[:, :2]) for seed in (1, 2))
+    turned = replace(second, outputs=dict(reversed(second.outputs.items())))
+    together, apart = (of_records([first, run], Averaging(0.5)) for run in (second, turned))
+    assert not any("set-up" in remark for remark in apart.remarks) and len(apart.records) == 2
+    for cell, values in together.responses.cells.items():
+        np.testing.assert_array_equal(apart.responses.cells[cell], values)
+
+
 def test_set_ups_without_a_common_response_are_told() -> None:
     ones = np.ones(4, complex)
     parts = [Responses(np.arange(4.0), {(name, "f"): ones}, {}, "mobility") for name in "ab"]

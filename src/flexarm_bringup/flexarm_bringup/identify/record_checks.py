@@ -33,6 +33,21 @@ def without_outputs(records: Sequence[Records], names: Sequence[str]) -> list[Re
     return kept
 
 
+def in_order_of(first: Records, run: Records) -> Records:
+    """Return a run with its channels, the same by name, in the order of the first one's."""
+
+    def sorted_as(signals: Mapping[str, Array], names: Mapping[str, Array]) -> dict[str, Array]:
+        """Return signals in the order of names."""
+        return {name: signals[name] for name in names if name in signals}
+
+    return replace(
+        run,
+        inputs=sorted_as(run.inputs, first.inputs),
+        outputs=sorted_as(run.outputs, first.outputs),
+        instruments=sorted_as(run.instruments, first.inputs),
+    )
+
+
 def refuse_unusable(records: Sequence[Records], block: int) -> None:
     """Refuse runs of one set-up that give no responses.
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.identify.bag_source import read_bag
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError, merge
-from flexarm_bringup.identify.record_checks import refuse_unusable, without_outputs
+from flexarm_bringup.identify.record_checks import in_order_of, refuse_unusable, without_outputs
 from flexarm_bringup.identify.set_ups import check_scale
 from flexarm_bringup.identify.table_source import READERS, read_table
 from flexarm_bringup.identify.uff_source import read_uff
@@ -140,12 +140,15 @@ def _read(path: Path, kind: str, arm: ManipulatorConfig | None) -> list[Response
 def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
     """Return the responses of runs; runs with other channels are other set-ups of the same test.
 
+    Channels go by their names; in which order a file has them is of no account.
+
     Raises:
         SourceError: They do not fit together, have no input, or are too short.
     """
-    groups: dict[tuple[tuple[str, ...], tuple[str, ...]], list[Records]] = {}
+    groups: dict[tuple[frozenset[str], frozenset[str]], list[Records]] = {}
     for run in records:
-        groups.setdefault((tuple(run.outputs), tuple(run.inputs)), []).append(run)
+        group = groups.setdefault((frozenset(run.outputs), frozenset(run.inputs)), [])
+        group.append(in_order_of(group[0], run) if group else run)
     sources = [_of_set_up(group, averaging) for group in groups.values()]
     if len(sources) == 1:
         return sources[0]
