@@ -13,9 +13,10 @@ from identify_files import F_HZ, STIFFNESS, TIP_MASS, ZETA, record, softer_strip
 from scipy.io import savemat
 
 from flexarm_bringup import cli
+from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.measurement import Responses, SourceError, merge
 from flexarm_bringup.identify.page import _collinearity
-from flexarm_bringup.identify.sources import Averaging, read_sources
+from flexarm_bringup.identify.sources import read_sources
 from flexarm_bringup.identify.uff_source import read_uff
 from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.modal.frf import Frf, Ports, modal_frf

@@ -16,8 +16,8 @@ from identify_files import F_HZ, STIFFNESS, TIP_MASS, record, softer_strip
 
 from flexarm_bringup import cli
 from flexarm_bringup.identify import command, modal_tests, other_poses, run
+from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.command import add_arguments
-from flexarm_bringup.identify.sources import Averaging
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.modal.frf import Ports, modal_frf
 from flexarm_model.modal.modes import Modes

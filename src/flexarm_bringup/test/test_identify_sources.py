@@ -19,10 +19,11 @@ from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter
 from flexarm_bringup.identify import bag_source, output_only
+from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.bag_source import listen, read_bag
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError, checked
 from flexarm_bringup.identify.set_ups import check_scale
-from flexarm_bringup.identify.sources import Averaging, of_records, read_sources
+from flexarm_bringup.identify.sources import of_records, read_sources
 from flexarm_bringup.topics import STREAMS
 from flexarm_model.identification.ssi import OutputModes
 from flexarm_model.reading.config import load_config

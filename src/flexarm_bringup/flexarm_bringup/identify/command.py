@@ -35,6 +35,7 @@ from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.excite.measure import SensorCheckError
 from flexarm_bringup.excite.page import check_table
 from flexarm_bringup.exit_codes import UNUSABLE
+from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.bag_source import refuse_bags_of_another_arm
 from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
@@ -48,7 +49,7 @@ from flexarm_bringup.identify.output_only import output_only_page
 from flexarm_bringup.identify.page import build_page
 from flexarm_bringup.identify.retuning import moves_beside, retune
 from flexarm_bringup.identify.run import Request, Result, identify
-from flexarm_bringup.identify.sources import Averaging, Source, of_records, read_records, read_sources
+from flexarm_bringup.identify.sources import Source, of_records, read_records, read_sources
 from flexarm_bringup.identify.updating import (
     Fitting,
     add_to,

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.measurement import Records, SourceError
 from flexarm_bringup.identify.run import Request, identify
-from flexarm_bringup.identify.sources import Averaging, Source, of_records
+from flexarm_bringup.identify.sources import Source, of_records
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_model.identification.half_prediction import HalfFit, Halved, predict_half

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.measurement import SourceError
 from flexarm_bringup.identify.run import Request, identify
-from flexarm_bringup.identify.sources import Averaging, read_sources
+from flexarm_bringup.identify.sources import read_sources
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.modal.fit import PoleFit
 from flexarm_model.reading.config import load_config

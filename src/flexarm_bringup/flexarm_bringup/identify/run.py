@@ -102,7 +102,7 @@ class Result:
     @property
     def is_windowed(self) -> bool:
         """Whether the responses come from records behind a window."""
-        return self.source.is_leaky
+        return self.source.lobe_lines > 0.0
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def identify(source: Source, request: Request) -> Result:
     if fitted.H.shape[2] > MOST_INPUTS:
         raise ValueError(f"{fitted.H.shape[2]} references; at most {MOST_INPUTS} can be fitted at once")
     options = FitOptions(weight=weight, remainders=MIXED if responses.kinds else REMAINDERS)
-    found = identify_modes(fitted, weight, remainders=options.remainders)
+    found = identify_modes(fitted, weight, options.remainders, source.lobe_lines)
     scatter, draw, fit = None, source.draw, found.fit
     if draw is not None and fit is not None:
         scatter = bootstrap(

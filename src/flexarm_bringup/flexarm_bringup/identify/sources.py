@@ -9,17 +9,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.identify.averaging import BOXCAR, Averaging, settings_of
 from flexarm_bringup.identify.bag_source import read_bag
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError, merge
-from flexarm_bringup.identify.record_checks import in_order_of, refuse_unusable, without_outputs
+from flexarm_bringup.identify.record_checks import in_order_of, without_outputs
 from flexarm_bringup.identify.set_ups import check_scale
 from flexarm_bringup.identify.table_source import READERS, read_table
 from flexarm_bringup.identify.uff_source import read_uff
 from flexarm_model.identification.bootstrap import FEWEST_BLOCKS
+from flexarm_model.identification.doubles import main_lobe
 from flexarm_model.identification.spectra import (
     BY_INSTRUMENT,
     MeasuredFrf,
-    SpectrumSettings,
     block_spectra,
 )
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -28,7 +29,6 @@ from flexarm_model.modal.frf import KINDS
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 DRAWS_TRIED = 20  # until all inputs can be told apart
-LINES_PER_RECORD = 1 / 16  # length of a block over that of a record when nobody asks for a resolution
 USABLE_BAND = 1 / 2.56  # of the rate; what lies above is spoilt by the anti-aliasing filter
 
 UNDER_FEEDBACK = (
@@ -39,21 +39,6 @@ UNIVERSAL = (".uff", ".unv")
 
 
 @dataclass(frozen=True)
-class Averaging:
-    """How records become responses.
-
-    Attributes:
-        resolution_hz: Distance of the lines [Hz]; None chooses by the length of the record.
-        window: Window of scipy.signal.
-        estimator: One of ``ESTIMATORS`` or "Hc"; empty takes Hc where there are instruments, else H1.
-    """
-
-    resolution_hz: float | None = None
-    window: str = "hann"
-    estimator: str = ""
-
-
-@dataclass(frozen=True)
 class Source:
     """Responses, and the blocks that they are averages of where there were records.
 
@@ -61,7 +46,7 @@ class Source:
         responses: All cells.
         draw: Makes responses from blocks drawn with repetition; None when there are no blocks to draw from.
         estimator: Which made the responses from records; empty when the file had responses already.
-        is_leaky: The blocks were cut from something that does not repeat, behind a window.
+        lobe_lines: Width of the main lobe of the window behind which blocks were cut [lines]; 0 without one.
         remarks: What the reader should know of it.
         records: What the responses were made of, where there were records.
     """
@@ -69,7 +54,7 @@ class Source:
     responses: Responses
     draw: Callable[[np.random.Generator], Responses] | None = None
     estimator: str = ""
-    is_leaky: bool = False
+    lobe_lines: float = 0.0
     remarks: tuple[str, ...] = ()
     records: tuple[Records, ...] = ()
 
@@ -165,7 +150,11 @@ def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
         *dict.fromkeys(remark for source in sources for remark in source.remarks),
     )
     return Source(
-        merge(parts), None if None in draws else draw, sources[0].estimator, sources[0].is_leaky, told
+        merge(parts),
+        None if None in draws else draw,
+        sources[0].estimator,
+        max(source.lobe_lines for source in sources),
+        told,
     )
 
 
@@ -175,7 +164,7 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
     if not first.inputs:
         raise SourceError("no input was recorded: name it 'in:NAME' (force, torque), or try --output-only")
     try:
-        settings, estimator = _settings(records, averaging)
+        settings, estimator = settings_of(records, averaging)
         blocks = block_spectra(
             [np.column_stack(list(run.inputs.values())) for run in records],
             [np.column_stack(list(run.outputs.values())) for run in records],
@@ -199,9 +188,9 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
 
     few = () if count >= FEWEST_BLOCKS else (f"{count} block(s): too few to draw again, so no bootstrap",)
     fed_back = (UNDER_FEEDBACK,) if first.is_held and estimator != BY_INSTRUMENT else ()
-    is_leaky = settings.window != "boxcar"
+    lobe = main_lobe(settings.window) if settings.window != BOXCAR else 0.0
     told = (*few, *fed_back, *dict.fromkeys(remark for run in records for remark in run.remarks))
-    return Source(responses, None if few else draw, estimator, is_leaky, told, tuple(records))
+    return Source(responses, None if few else draw, estimator, lobe, told, tuple(records))
 
 
 def _responses(measured: MeasuredFrf, like: Records) -> Responses:
@@ -221,20 +210,6 @@ def hold_response(f_hz: Array, rate_hz: float) -> Complex:
     """Return what holding samples does to a spectrum, ``(1 - exp(-s dt)) / (s dt)``, (k,)."""
     turned = f_hz / rate_hz
     return np.asarray(np.sinc(turned) * np.exp(-1j * np.pi * turned))
-
-
-def _settings(records: Sequence[Records], averaging: Averaging) -> tuple[SpectrumSettings, str]:
-    """Return how to cut, and the estimator: whole periods where the excitation repeats."""
-    first = records[0]
-    estimator = averaging.estimator or (BY_INSTRUMENT if first.instruments else "H1")
-    if first.repeats:
-        refuse_unusable(records, first.repeats)
-        return SpectrumSettings(first.repeats, 0.0, "boxcar", estimator), estimator
-    shortest = min(values.size for run in records for values in run.outputs.values())
-    wanted = averaging.resolution_hz
-    block = round(first.rate_hz / wanted) if wanted else max(64, int(shortest * LINES_PER_RECORD))
-    refuse_unusable(records, block)
-    return SpectrumSettings(block, window=averaging.window, estimator=estimator), estimator
 
 
 def _instruments(records: Sequence[Records]) -> list[Array]:

@@ -2,8 +2,8 @@
 
 The poles that last through the stabilisation chart are refined by modal least squares with common poles.
 What the data do not hold is then left out, one mode at a time, the weakest first: a mode that ran to a
-bound, whose frequency is not known to half its bandwidth, or that stands out of the noise by less than
-chance does.
+bound, that is the double of another one (``doubles``), whose frequency is not known to half its bandwidth, or
+that stands out of the noise by less than chance does.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.identification.doubles import doubles
 from flexarm_model.identification.lscf import OrderPoles, poles_of_orders
-from flexarm_model.identification.stabilisation import Track, lasting, likeness
+from flexarm_model.identification.stabilisation import Track, lasting
 from flexarm_model.modal.fit import FitOptions, PoleFit, fit_poles
 from flexarm_model.modal.frf import Frf
 from flexarm_model.modal.partial_fractions import REMAINDERS
@@ -24,7 +25,6 @@ Complex = NDArray[np.complex128]
 LINES_PER_ORDER = 3  # lines for every order of the chart, so that noise cannot make a track of its own
 MOST_POLES = 80  # of the highest order, all inputs together; its eigenvalues take most of the time
 STANDS_OUT = 4.0  # standard deviations of a mode's frequency per bandwidth, and of its size
-ALIKE = 0.9  # assurance criterion from which two participations are the same [1]
 ROUNDING = 1e-12  # of a response's size: what is left of one without noise is rounding, not noise
 LARGEST_DAMPING = 0.15  # beyond it a pole is a slope, not a resonance [1]
 
@@ -50,6 +50,7 @@ def identify_modes(
     frf: Frf,
     weight: Array | None = None,
     remainders: tuple[int, ...] = REMAINDERS,
+    lobe_lines: float = 0.0,
 ) -> Identified:
     """Return the modes in the band of ``frf``.
 
@@ -57,6 +58,8 @@ def identify_modes(
         frf: Responses, evenly spaced lines; the smaller side should be the inputs (``transposed``).
         weight: Of every line, (k,), or of every line and output, (k, n_out); 0 masks, None weighs all alike.
         remainders: Powers of j w for the modes out of band.
+        lobe_lines: Width of the main lobe of the window behind which the responses were measured [lines]; 0
+            for none.
 
     Raises:
         ValueError: The lines are not evenly spaced or too few.
@@ -69,6 +72,7 @@ def identify_modes(
     while poles.size:
         fit = fit_poles(frf, poles, participation, FitOptions(weight=weight, remainders=remainders))
         doubt = _doubt(fit, frf, weight)
+        doubt[doubles(fit, driven(fit), float(frf.f_hz[1] - frf.f_hz[0]), lobe_lines)] = np.inf
         if doubt.max() < 1.0:
             return Identified(fit, chart, chosen, tuple(dropped))
         worst = int(doubt.argmax())
@@ -95,25 +99,7 @@ def _doubt(fit: PoleFit, frf: Frf, weight: Array | None) -> Array:
     unknown = STANDS_OUT * np.nan_to_num(fit.f_std_hz, nan=0.0) / bandwidth
     faint = STANDS_OUT / np.maximum(_prominence(fit, frf, weight), 1e-12)
     overdamped = fit.model.zeta / LARGEST_DAMPING
-    return np.where(
-        fit.at_bound | _doubles(fit, frf), np.inf, np.maximum(np.maximum(unknown, faint), overdamped)
-    )
-
-
-def _doubles(fit: PoleFit, frf: Frf) -> NDArray[np.bool_]:
-    """Tell which modes are the weaker of two less than half a line apart and driven alike, (r,).
-
-    The lines cannot part such poles; a second input can, where it drives them differently.
-    """
-    model, half = fit.model, (frf.f_hz[1] - frf.f_hz[0]) / 2
-    inputs = driven(fit)
-    size = [float(np.linalg.norm(residue)) for residue in model.residues]
-    weaker = np.zeros(model.poles.size, bool)
-    for i in range(model.poles.size):
-        for j in range(model.poles.size):
-            is_near = i != j and abs(model.f_hz[i] - model.f_hz[j]) < half
-            weaker[i] |= is_near and size[i] <= size[j] and likeness(inputs[i], inputs[j]) > ALIKE
-    return weaker
+    return np.where(fit.at_bound, np.inf, np.maximum(np.maximum(unknown, faint), overdamped))
 
 
 def _prominence(fit: PoleFit, frf: Frf, weight: Array | None) -> Array:

@@ -1,0 +1,59 @@
+"""How records are cut into blocks, and what makes responses of them.
+
+Short blocks average much and widen every resonance to the main lobe of their window; long ones average
+little. A fifth of the record leaves nine blocks, half of each in the next; more inputs want more of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from flexarm_bringup.identify.measurement import Records
+from flexarm_bringup.identify.record_checks import refuse_unusable
+from flexarm_model.identification.spectra import BY_INSTRUMENT, SpectrumSettings
+
+BOXCAR = "boxcar"  # the window that is none
+LEAST_PARTS = 5  # of a record: a block is at most such a part of it when nobody asks for a resolution
+PARTS_PER_INPUT = 4  # of all records together
+SHORTEST = 64  # samples of a block that nobody asked for
+
+
+@dataclass(frozen=True)
+class Averaging:
+    """How records become responses.
+
+    Attributes:
+        resolution_hz: Distance of the lines [Hz]; None chooses by the length and the number of
+            the records and by the number of inputs.
+        window: Window of scipy.signal.
+        estimator: One of ``ESTIMATORS`` or "Hc"; empty takes Hc where there are instruments, else H1.
+    """
+
+    resolution_hz: float | None = None
+    window: str = "hann"
+    estimator: str = ""
+
+
+def settings_of(records: Sequence[Records], averaging: Averaging) -> tuple[SpectrumSettings, str]:
+    """Return how to cut, and the estimator: whole periods where the excitation repeats.
+
+    Raises:
+        SourceError: The runs cannot be cut so, or give no responses.
+    """
+    first = records[0]
+    estimator = averaging.estimator or (BY_INSTRUMENT if first.instruments else "H1")
+    if first.repeats:
+        refuse_unusable(records, first.repeats)
+        return SpectrumSettings(first.repeats, 0.0, BOXCAR, estimator), estimator
+    wanted = averaging.resolution_hz
+    block = round(first.rate_hz / wanted) if wanted else _usual_block(records)
+    refuse_unusable(records, block)
+    return SpectrumSettings(block, window=averaging.window, estimator=estimator), estimator
+
+
+def _usual_block(records: Sequence[Records]) -> int:
+    """Return the samples of a block where nobody asks for a resolution."""
+    shortest = min(values.size for run in records for values in run.outputs.values())
+    parts = max(LEAST_PARTS, PARTS_PER_INPUT * len(records[0].inputs) / len(records))
+    return max(SHORTEST, int(shortest / parts))
