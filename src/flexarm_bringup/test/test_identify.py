@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from scipy.io import savemat
 from flexarm_bringup import cli
 from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.measurement import Responses, SourceError, merge
-from flexarm_bringup.identify.page import _collinearity
+from flexarm_bringup.identify.page import _collinearity, _knowledge
 from flexarm_bringup.identify.sources import read_sources
 from flexarm_bringup.identify.uff_source import read_uff
 from flexarm_model.manipulator.body_spec import Beam
@@ -252,6 +253,21 @@ def test_one_command_brings_the_description_in_line_and_writes_it(tmp_path, caps
     assert strip.point_masses[0].mass == pytest.approx(0.0702, rel=0.03)
     assert any(STIFFNESS in line and "sha256" in line for line in found.fitted)
     assert f"config {found.config_id}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("is_windowed", "lines", "percent", "said"),
+    [
+        (False, 1.2, 5.0, "known"),
+        (False, 1.2, 17.7, "uncertain"),
+        (False, 0.8, 5.0, "not identifiable"),
+        (True, 5.0, 5.0, "not identifiable"),
+    ],
+)
+def test_a_damping_is_known_where_its_sigma_is_well_below_it(is_windowed, lines, percent, said):
+    """It was known beside a sigma of 17.7 % of it."""
+    result = SimpleNamespace(is_windowed=is_windowed)
+    assert _knowledge(result, lines, 0.01, percent / 100 * 0.01) == said
 
 
 def test_an_update_without_a_manipulator_is_refused(tmp_path, capsys):

@@ -14,12 +14,14 @@ from flexarm_bringup.identify.run import Result
 from flexarm_bringup.identify.shapes_figure import shapes_figure
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cells, Column, Page, Table
+from flexarm_model.identification.held_modes import all_together
 from flexarm_model.modal.fit import PoleFit
 from flexarm_model.modal.frf import KINDS
 
 PERCENT = 100.0
 MOVES = {"accelerance": "acceleration", "mobility": "velocity"}
 NEEDED_LINES = 1.0  # per bandwidth, for a damping that the data hold
+KNOWN = 0.1  # sigma of a damping over it, up to which it is known
 WINDOWED_LINES = 6.0  # the same where a window has widened the resonance: below, it reads too high
 
 
@@ -60,12 +62,13 @@ def _modes(result: Result, fit: PoleFit) -> Table:
         Column("damping is"), Column("real\nshape [%]", ".1f"),
     ]  # fmt: skip
     rows: list[Cells] = []
-    f_std, zeta_std = (_together(result, fit, name) for name in ("f_std_hz", "zeta_std"))
+    sigma = all_together(fit, result.scatter, result.methods)
+    f_std, zeta_std = sigma.f_std_hz, sigma.zeta_std
     for i, (f, zeta) in enumerate(zip(fit.model.f_hz, fit.model.zeta, strict=True)):
-        known = fit.lines_per_bandwidth[i] >= (WINDOWED_LINES if result.is_windowed else NEEDED_LINES)
         rows.append([
             i + 1, float(f), float(f_std[i]), PERCENT * float(zeta), PERCENT * float(zeta_std[i]),
-            float(fit.lines_per_bandwidth[i]), "known" if known else "not identifiable",
+            float(fit.lines_per_bandwidth[i]),
+            _knowledge(result, float(fit.lines_per_bandwidth[i]), float(zeta), float(zeta_std[i])),
             PERCENT * _collinearity(_shape(result, i)),
         ])  # fmt: skip
     notes = [
@@ -74,16 +77,16 @@ def _modes(result: Result, fit: PoleFit) -> Table:
         "± is one sigma: the larger of fit and bootstrap, and the scatter over methods",
         f"with less than a line per bandwidth ({WINDOWED_LINES:g} behind a window) damping rests on the "
         "leakage, and ± tells noise only",
+        f"a damping is known where its ± is at most {PERCENT * KNOWN:g} % of it",
     ]
     return Table("Modes", heads, rows, notes)
 
 
-def _together(result: Result, fit: PoleFit, name: str) -> np.ndarray:
-    """Return one sigma from all there is, (r,)."""
-    noise = [np.nan_to_num(getattr(fit, name))]
-    noise += [getattr(result.scatter, name)] if result.scatter else []
-    methods = getattr(result.methods, name) if result.methods else 0.0
-    return np.asarray(np.hypot(np.max(noise, axis=0), np.nan_to_num(methods)))
+def _knowledge(result: Result, lines: float, zeta: float, zeta_std: float) -> str:
+    """Return how well a damping is known, by the lines per bandwidth and its sigma."""
+    if lines < (WINDOWED_LINES if result.is_windowed else NEEDED_LINES):
+        return "not identifiable"
+    return "known" if zeta_std <= KNOWN * zeta else "uncertain"
 
 
 def _sources(result: Result, fit: PoleFit) -> Table:
@@ -171,6 +174,11 @@ def _collinearity(shape: np.ndarray) -> float:
 def _doubts(result: Result) -> list[str]:
     lines = [
         f"{f:.3f} Hz came back at many orders, but the fit does not hold it" for f in result.found.dropped_hz
+    ]
+    lines += [
+        f"{mode.f_hz:.3f} Hz is left out: its ± of {mode.f_std_hz:.3g} Hz is more than its bandwidth (or a "
+        f"line) of {mode.bandwidth_hz:.3g} Hz"
+        for mode in result.unsure
     ]
     lines += list(result.source.remarks)
     lines += [

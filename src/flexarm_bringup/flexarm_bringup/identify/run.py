@@ -7,20 +7,22 @@ the coherence tells.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from flexarm_bringup.identify.heard_outputs import band_of, deaf_outputs, sizes_of
 from flexarm_bringup.identify.measurement import Responses
 from flexarm_bringup.identify.sources import Source
 from flexarm_model.identification.automatic import Identified, identify_modes, orders_for
 from flexarm_model.identification.bootstrap import Scatter, bootstrap
+from flexarm_model.identification.held_modes import Unsure, held_modes
 from flexarm_model.identification.lscf import poles_of_orders
-from flexarm_model.identification.method_scatter import method_scatter
 from flexarm_model.identification.stabilisation import lasting
-from flexarm_model.modal.fit import FitOptions
+from flexarm_model.modal.fit import FitOptions, PoleFit
 from flexarm_model.modal.frf import KINDS, Frf
 from flexarm_model.modal.half_power import HalfPower, half_power
 from flexarm_model.modal.partial_fractions import REMAINDERS
@@ -35,8 +37,6 @@ EVERY_DRAW = 60_000  # lines of all responses that all draws together may fit
 SEED = 0  # of the bootstrap
 MOST_INPUTS = 6  # on the smaller side of the matrix; each more multiplies the poles
 MIXED = (*REMAINDERS, 1, 2)  # remainders where the kinds differ
-QUIETEST = 1e-4  # noise of an output over its size below which it counts no more
-DEAF = 0.8  # share of the lines on which an output may be incoherent; one that is more often is left out
 RIGID_HZ = 1e-3  # below it a mode is the free motion of a motor
 
 
@@ -82,6 +82,7 @@ class Result:
         deaf: Outputs left out, since they are incoherent on most lines, with the share of those [1].
         band_hz: The band [Hz].
         least_coherence: Lines below it did not count [1].
+        unsure: Modes left out, since their frequency is not known to their bandwidth.
     """
 
     source: Source
@@ -98,6 +99,7 @@ class Result:
     deaf: dict[str, float]
     band_hz: tuple[float, float]
     least_coherence: float = 0.0
+    unsure: tuple[Unsure, ...] = ()
 
     @property
     def is_windowed(self) -> bool:
@@ -137,76 +139,42 @@ def identify(source: Source, request: Request) -> Result:
     is_reciprocal = frf.H.shape[1] < frf.H.shape[2]
     if is_reciprocal:
         weight = np.repeat(weight.min(axis=1)[:, None], frf.H.shape[2], axis=1)
-    recipe = _Recipe((*request.ignore, *deaf), (low, high), _sizes(responses, frf, inside))
+    recipe = _Recipe((*request.ignore, *deaf), (low, high), sizes_of(responses, frf, inside))
     fitted = recipe.frf(source.responses)
     if fitted.H.shape[2] > MOST_INPUTS:
         raise ValueError(f"{fitted.H.shape[2]} references; at most {MOST_INPUTS} can be fitted at once")
     options = FitOptions(weight=weight, remainders=MIXED if responses.kinds else REMAINDERS)
     found = identify_modes(fitted, weight, options.remainders, source.lobe_lines)
-    scatter, draw, fit = None, source.draw, found.fit
-    if draw is not None and fit is not None:
-        scatter = bootstrap(
-            lambda rng: recipe.frf(draw(rng)), fit, options, np.random.default_rng(SEED), draws_for(fitted)
-        )
+    held = held_modes(fitted, found, options, source.lobe_lines, _drawing(source, recipe, fitted, options))
+    fit = held.found.fit
     frequencies = tuple(map(float, fit.model.f_hz)) if fit else ()
     return Result(
-        source, responses, frf, is_reciprocal, weight, _in_units(found, recipe.size, is_reciprocal),
-        scatter, method_scatter(fitted, found, options),
+        source, responses, frf, is_reciprocal, weight, _in_units(held.found, recipe.size, is_reciprocal),
+        held.scatter, held.methods,
         tuple(_half_power(responses, frf, f_hz) for f_hz in frequencies),
-        _single(fitted, weight), model_hz, deaf, (low, high), request.coherence,
+        _single(fitted, weight), model_hz, deaf, (low, high), request.coherence, held.unsure,
     )  # fmt: skip
+
+
+def _drawing(
+    source: Source, recipe: _Recipe, fitted: Frf, options: FitOptions
+) -> Callable[[PoleFit], Scatter | None]:
+    """Return what tells the scatter of a fit over blocks drawn again."""
+
+    def drawn_again(fit: PoleFit) -> Scatter | None:
+        """Return the scatter; None where there are no blocks."""
+        draw = source.draw
+        if draw is None:
+            return None
+        rng = np.random.default_rng(SEED)
+        return bootstrap(lambda rng: recipe.frf(draw(rng)), fit, options, rng, draws_for(fitted))
+
+    return drawn_again
 
 
 def draws_for(frf: Frf) -> int:
     """Return the number of draws of the bootstrap: fewer where every one takes long."""
     return int(np.clip(EVERY_DRAW // frf.H.size, FEWEST_DRAWS, DRAWS))
-
-
-def band_of(responses: Responses, wanted: tuple[float, float] | None) -> tuple[float, float]:
-    """Return the band that was wanted, else the one that was excited, else all lines above 0 Hz [Hz].
-
-    Raises:
-        ValueError: There is no more than one line.
-    """
-    f_hz = responses.f_hz
-    if f_hz.size < 2:
-        raise ValueError(f"{f_hz.size} line(s) of frequency; a mode needs many")
-    return wanted or responses.band_hz or (float(f_hz[0] or f_hz[1]), float(f_hz[-1]))
-
-
-def deaf_outputs(responses: Responses, band_hz: tuple[float, float] | None, least: float) -> dict[str, float]:
-    """Return outputs that are incoherent on most lines, with the share of those; not all of them."""
-    low, high = band_of(responses, band_hz)
-    inside = (responses.f_hz >= low) & (responses.f_hz <= high)
-    shares = {
-        output: max(
-            float(np.sum(~(coherence[inside] >= least)) / max(int(inside.sum()), 1))
-            for cell, coherence in responses.coherence.items()
-            if cell[0] == output
-        )
-        for output in dict.fromkeys(cell[0] for cell in responses.coherence)
-    }
-    deaf = {output: share for output, share in shares.items() if share > DEAF}
-    return deaf if len(deaf) < len(responses.outputs) else {}
-
-
-def _sizes(responses: Responses, frf: Frf, inside: NDArray[np.bool_]) -> Array:
-    """Return what every output is counted in: its noise where the coherence tells it, (n_out,).
-
-    ``var H = |H|^2 (1 - g) / g`` over the number of averages, which is the same for all.
-    """
-    rms = np.sqrt(np.mean(abs(frf.H) ** 2, axis=(0, 2)))
-    if not responses.coherence:
-        return rms if responses.kinds else np.ones_like(rms)
-    noise = np.full(rms.size, np.nan)
-    for o, output in enumerate(responses.outputs):
-        known = [responses.coherence.get((output, i)) for i in responses.inputs]
-        if all(values is not None for values in known):
-            g = np.clip(np.array(known)[:, inside].T, 1e-9, 1.0)  # (k, n_in)
-            power = abs(frf.H[:, o]) ** 2 * (1 - g) / g
-            noise[o] = np.sqrt(np.median(power[np.isfinite(power)])) if np.isfinite(power).any() else np.nan
-    known_noise = np.where(np.isfinite(noise), noise, rms)
-    return np.asarray(np.maximum(np.maximum(known_noise, QUIETEST * rms), np.finfo(float).tiny))
 
 
 def _in_units(found: Identified, size: Array, is_reciprocal: bool) -> Identified:

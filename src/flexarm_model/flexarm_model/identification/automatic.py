@@ -8,7 +8,7 @@ that stands out of the noise by less than chance does.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,20 +66,47 @@ def identify_modes(
     """
     chart = poles_of_orders(frf, orders_for(frf), weight)
     chosen = tuple(track for track in lasting(chart) if -track.pole.real < LARGEST_DAMPING * abs(track.pole))
+    options = FitOptions(weight=weight, remainders=remainders)
+    start = Identified(None, chart, chosen, ())
     poles = np.array([track.pole for track in chosen])
     participation = np.array([track.participation for track in chosen]).reshape(len(chosen), frf.H.shape[2])
-    dropped: list[float] = []
+    return _refined(frf, start, (poles, participation), options, lobe_lines)
+
+
+def without_mode(
+    frf: Frf, found: Identified, left_out: int, options: FitOptions, lobe_lines: float = 0.0
+) -> Identified:
+    """Return the modes found without one of them, the others fitted again.
+
+    Args:
+        frf: Responses that were fitted.
+        found: Modes of them.
+        left_out: Index of the mode.
+        options: With which they were fitted.
+        lobe_lines: See ``identify_modes``.
+    """
+    if found.fit is None:
+        return found
+    rest = np.delete(found.fit.model.poles, left_out), np.delete(driven(found.fit), left_out, axis=0)
+    return _refined(frf, found, rest, options, lobe_lines)
+
+
+def _refined(
+    frf: Frf, found: Identified, start: tuple[Complex, Complex], options: FitOptions, lobe_lines: float
+) -> Identified:
+    """Return the modes that the data hold, from poles (r,) and participations (r, n_in)."""
+    (poles, participation), dropped = start, list(found.dropped_hz)
     while poles.size:
-        fit = fit_poles(frf, poles, participation, FitOptions(weight=weight, remainders=remainders))
-        doubt = _doubt(fit, frf, weight)
+        fit = fit_poles(frf, poles, participation, options)
+        doubt = _doubt(fit, frf, options.weight)
         doubt[doubles(fit, driven(fit), float(frf.f_hz[1] - frf.f_hz[0]), lobe_lines)] = np.inf
         if doubt.max() < 1.0:
-            return Identified(fit, chart, chosen, tuple(dropped))
+            return replace(found, fit=fit, dropped_hz=tuple(dropped))
         worst = int(doubt.argmax())
         dropped.append(float(fit.model.f_hz[worst]))
         poles = np.delete(fit.model.poles, worst)
         participation = np.delete(driven(fit), worst, axis=0)
-    return Identified(None, chart, chosen, tuple(dropped))
+    return replace(found, fit=None, dropped_hz=tuple(dropped))
 
 
 def orders_for(frf: Frf) -> range:
