@@ -25,7 +25,7 @@ from flexarm_bringup.identify.measurement import Records, Responses, SourceError
 from flexarm_bringup.identify.set_ups import check_scale
 from flexarm_bringup.identify.sources import of_records, read_sources
 from flexarm_bringup.topics import STREAMS
-from flexarm_model.identification.ssi import OutputModes
+from flexarm_model.identification.ssi import Dropped, OutputModes
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
@@ -360,6 +360,10 @@ def test_a_band_that_begins_far_below_the_slowest_mode_is_told() -> None:
     far, near = (output_only._limits(modes, band) for band in ((1.4, 30.0), (5.0, 30.0)))
     assert "may show as several" in far[0] and far[0].endswith("try --band 4.5 30")
     assert far[1:] == near
+    left_out = replace(modes, dropped=(Dropped(15.0, 0.104, 2, 4),))
+    assert output_only._limits(left_out, (5.0, 30.0))[0].startswith(
+        "15 Hz (10.4 % damping) is left out: the whole record shows it, but only 2 of its 4 parts"
+    )
 
 
 def test_a_channel_that_is_left_out_is_told_with_why(

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from flexarm_model.identification.joined_tracks import lasting_modes
+from flexarm_model.identification.lscf import OrderPoles
 from flexarm_model.identification.ssi import output_modes
 from flexarm_model.modal.mac import mac
 from flexarm_model.modal.modes import normal_modes
@@ -40,6 +42,58 @@ def test_the_scatter_over_parts_is_of_the_size_of_the_error() -> None:
     found = output_modes(shaken(300.0, 1), RATE, BAND)
     assert (abs(found.f_hz - MODES.f_hz) < 5 * found.f_std_hz).all()
     assert (found.f_std_hz < 0.01 * found.f_hz).all()
+
+
+def test_a_heavily_damped_mode_whose_tracks_take_turns_is_found() -> None:
+    """Every part showed it, half of them to one of its two tracks, so that both were dropped."""
+    f_hz, zeta, rate = np.array([15.0, 28.0, 44.0]), np.array([0.1, 0.12, 0.08]), 256.0
+    rng = np.random.default_rng(4)
+    shapes = np.array([[1.0, 1.0, 0.5], [0.7, -0.4, -1.0], [-0.6, 0.9, 0.8], [0.2, -1.0, 0.4]])
+    samples = round(120 * rate)
+    lines = np.fft.rfftfreq(2 * samples, 1 / rate)[:, None]
+    response = 1 / (f_hz**2 - lines**2 + 2j * zeta * f_hz * lines)  # (k, 3)
+    kicks = np.fft.rfft(rng.standard_normal((2 * samples, 4)), axis=0) @ shapes
+    y = np.fft.irfft(response * kicks, axis=0)[samples:] @ shapes.T
+    y += 0.02 * y.std(axis=0) * rng.standard_normal(y.shape)
+    found = output_modes(y, rate, (8.0, 60.0))
+    assert found.f_hz == pytest.approx(f_hz, rel=0.02)
+    assert found.zeta == pytest.approx(zeta, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("other", "orders", "shape", "modes"),
+    [
+        (-9.8 + 96.0j, range(4, 42, 4), 0.52, 1),
+        (-9.8 + 96.0j, range(2, 42, 2), 0.52, 2),  # side by side
+        (-9.8 + 96.0j, range(4, 42, 4), -0.8, 2),  # of another shape
+        (-9.8 + 102.6j, range(4, 42, 4), 0.52, 2),  # most of a bandwidth away
+        (-1.0 + 94.0j, range(4, 42, 4), 0.52, 2),  # of light damping
+    ],
+)
+def test_tracks_that_take_turns_are_one_mode_and_other_ones_are_two(
+    other: complex, orders: range, shape: float, modes: int
+) -> None:
+    chart = []
+    for order in range(2, 42, 2):
+        here = [(-9.4 + 94.0j, 0.5)] if order % 4 else []
+        here += [(other, shape)] if order in orders else []
+        values = np.array([pole for pole, _ in here], complex)
+        chart.append(OrderPoles(order, values, np.array([[1.0, part] for _, part in here], complex)))
+    found = lasting_modes(chart)
+    assert len(found) == modes
+    if modes == 1:
+        assert found[0].orders == list(range(2, 42, 2)) and len(found[0].participations) == 20
+
+
+def test_what_too_few_parts_show_is_named_with_their_number() -> None:
+    """A hum that ended was dropped without a word."""
+    y = shaken(200.0, 2)
+    t = np.arange(len(y)) / RATE
+    y[:5000] += 0.5 * y.std() * np.sin(2 * np.pi * 24.3 * t[:5000])[:, None]
+    found = output_modes(y, RATE, BAND)
+    assert found.f_hz == pytest.approx(MODES.f_hz, rel=0.01)
+    hum = next(mode for mode in found.dropped if abs(mode.f_hz - 24.3) < 0.05)
+    assert hum.parts == 1 and hum.of_parts == 4 and hum.zeta < 0.005
 
 
 def test_white_noise_alone_has_no_lasting_mode() -> None:

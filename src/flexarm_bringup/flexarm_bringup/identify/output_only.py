@@ -119,7 +119,13 @@ def _limits(modes: OutputModes, band: tuple[float, float]) -> list[str]:
         f"the slowest mode lies far above the {band[0]:.3g} Hz at which the band begins: one mode may show "
         f"as several then, of less damping; try --band {modes.f_hz[0] / 2:.3g} {band[1]:.4g}"
     ] if far else []  # fmt: skip
+    dropped = [
+        f"{mode.f_hz:.4g} Hz ({PERCENT * mode.zeta:.3g} % damping) is left out: the whole record shows it, "
+        f"but only {mode.parts} of its {mode.of_parts} parts"
+        for mode in modes.dropped
+    ]
     lines = [
+        *dropped,
         *below,
         "a hum at a frequency of its own looks like a mode of hardly any damping",
         "under feedback these are the poles of arm and controller together",

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from flexarm_model.identification.joined_tracks import lasting_modes
 from flexarm_model.identification.lscf import OrderPoles
-from flexarm_model.identification.stabilisation import lasting
 from flexarm_model.modal.read_only import lock_arrays
 
 Array = NDArray[np.float64]
@@ -31,6 +31,23 @@ MOST_PARTS = 0.6  # share of the parts in which a mode must show, too
 
 
 @dataclass(frozen=True)
+class Dropped:
+    """A mode of the whole record that too few of its parts show.
+
+    Attributes:
+        f_hz: Its natural frequency [Hz].
+        zeta: Its damping ratio [1].
+        parts: That show it.
+        of_parts: Of how many.
+    """
+
+    f_hz: float
+    zeta: float
+    parts: int
+    of_parts: int
+
+
+@dataclass(frozen=True)
 class OutputModes:
     """Modes found in outputs alone, slowest first; each in most parts of the record, too.
 
@@ -40,6 +57,7 @@ class OutputModes:
         f_std_hz: Scatter over the parts of the record [Hz], (r,).
         zeta_std: Of the damping [1], (r,).
         shapes: At the outputs, largest entry 1, (r, n_out).
+        dropped: What the whole record shows, but too few of its parts.
     """
 
     f_hz: Array
@@ -47,6 +65,7 @@ class OutputModes:
     f_std_hz: Array
     zeta_std: Array
     shapes: Complex
+    dropped: tuple[Dropped, ...] = ()
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -78,14 +97,18 @@ def output_modes(
         for i, near in zip(*linear_sum_assignment(np.minimum(apart, SAME_MODE)), strict=True):
             if apart[i, near] < SAME_MODE:  # each shows one mode of the whole record at most
                 spread[:, i, part] = f_part[near], zeta_part[near]
-    there = np.isfinite(spread[0]).sum(axis=1) > MOST_PARTS * parts
+    shown = np.isfinite(spread[0]).sum(axis=1)
+    there = shown > MOST_PARTS * parts
     std = np.nanstd(spread[:, there], axis=2, ddof=1) / np.sqrt(parts)
-    return OutputModes(f[there], zeta[there], std[0], std[1], shapes[there])
+    dropped = tuple(
+        Dropped(float(f[i]), float(zeta[i]), int(shown[i]), parts) for i in np.flatnonzero(~there)
+    )
+    return OutputModes(f[there], zeta[there], std[0], std[1], shapes[there], dropped)
 
 
 def _modes(y: Array, rate_hz: float, band_hz: tuple[float, float]) -> tuple[Array, Array, Complex]:
     chart = output_poles(y, rate_hz, band_hz)
-    found = [track for track in lasting(chart) if -track.pole.real < LARGEST_DAMPING * abs(track.pole)]
+    found = [track for track in lasting_modes(chart) if -track.pole.real < LARGEST_DAMPING * abs(track.pole)]
     poles = np.array([track.pole for track in found])
     shapes = np.array([track.participation for track in found]).reshape(len(found), y.shape[1])
     shapes = shapes * y.std(axis=0)  # the covariances are of signals of unit size
