@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from flexarm_bringup.identify.hits import are_hits, told_of_hits
 from flexarm_bringup.identify.measurement import Records
 from flexarm_bringup.identify.record_checks import refuse_unusable
 from flexarm_model.identification.spectra import BY_INSTRUMENT, SpectrumSettings
@@ -26,17 +27,30 @@ class Averaging:
     Attributes:
         resolution_hz: Distance of the lines [Hz]; None chooses by the length and the number of
             the records and by the number of inputs.
-        window: Window of scipy.signal.
+        window: Window of scipy.signal; empty takes none for hits and whole periods, else Hann's.
         estimator: One of ``ESTIMATORS`` or "Hc"; empty takes Hc where there are instruments, else H1.
     """
 
     resolution_hz: float | None = None
-    window: str = "hann"
+    window: str = ""
     estimator: str = ""
 
 
-def settings_of(records: Sequence[Records], averaging: Averaging) -> tuple[SpectrumSettings, str]:
-    """Return how to cut, and the estimator: whole periods where the excitation repeats.
+@dataclass(frozen=True)
+class Cut:
+    """How records are cut.
+
+    Attributes:
+        settings: Blocks, window and estimator.
+        remarks: What the reader should know of it.
+    """
+
+    settings: SpectrumSettings
+    remarks: tuple[str, ...] = ()
+
+
+def cut_of(records: Sequence[Records], averaging: Averaging) -> Cut:
+    """Return how to cut: whole periods where the excitation repeats, whole runs where it is a hit.
 
     Raises:
         SourceError: The runs cannot be cut so, or give no responses.
@@ -45,15 +59,26 @@ def settings_of(records: Sequence[Records], averaging: Averaging) -> tuple[Spect
     estimator = averaging.estimator or (BY_INSTRUMENT if first.instruments else "H1")
     if first.repeats:
         refuse_unusable(records, first.repeats)
-        return SpectrumSettings(first.repeats, 0.0, BOXCAR, estimator), estimator
+        return Cut(SpectrumSettings(first.repeats, 0.0, BOXCAR, estimator))
+    hits = are_hits(records)
+    whole = hits and averaging.window in ("", BOXCAR)
     wanted = averaging.resolution_hz
-    block = round(first.rate_hz / wanted) if wanted else _usual_block(records)
+    block = (
+        round(first.rate_hz / wanted) if wanted else _shortest(records) if whole else _usual_block(records)
+    )
     refuse_unusable(records, block)
-    return SpectrumSettings(block, window=averaging.window, estimator=estimator), estimator
+    told = tuple(told_of_hits(records, averaging.window, block)) if hits else ()
+    if whole:
+        return Cut(SpectrumSettings(block, 0.0, BOXCAR, estimator), told)
+    return Cut(SpectrumSettings(block, window=averaging.window or "hann", estimator=estimator), told)
+
+
+def _shortest(records: Sequence[Records]) -> int:
+    """Return the samples of the shortest run."""
+    return min(values.size for run in records for values in run.outputs.values())
 
 
 def _usual_block(records: Sequence[Records]) -> int:
     """Return the samples of a block where nobody asks for a resolution."""
-    shortest = min(values.size for run in records for values in run.outputs.values())
     parts = max(LEAST_PARTS, PARTS_PER_INPUT * len(records[0].inputs) / len(records))
-    return max(SHORTEST, int(shortest / parts))
+    return max(SHORTEST, int(_shortest(records) / parts))

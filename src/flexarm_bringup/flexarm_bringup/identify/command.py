@@ -71,7 +71,7 @@ Array = NDArray[np.float64]
 
 def run(args: argparse.Namespace) -> int:
     """Read, identify, report; return the exit code."""
-    averaging = Averaging(args.resolution, args.window, args.estimator)
+    averaging = Averaging(args.resolution, args.window or "", args.estimator)
     try:
         refuse_idle_options(args)
         if args.joints:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.identify.averaging import Averaging
+from flexarm_bringup.identify.hits import are_hits
 from flexarm_bringup.identify.measurement import Records, SourceError
 from flexarm_bringup.identify.run import Request, identify
 from flexarm_bringup.identify.sources import Source, of_records
@@ -38,9 +39,10 @@ class Halves:
 def judge_halves(source: Source, request: Request, averaging: Averaging) -> Halves | None:
     """Identify the first halves of the records and predict the second; None where there are no records.
 
-    A record that is too short to be halved, or whose first half shows no mode, says nothing: None, too.
+    A record that is too short to be halved, whose first half shows no mode, or whose input is a hit, says
+    nothing: None, too.
     """
-    if not source.records:
+    if not source.records or are_hits(source.records):
         return None
     firsts = [first_half(record) for record in source.records]
     try:

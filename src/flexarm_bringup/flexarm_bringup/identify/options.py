@@ -52,7 +52,7 @@ def _add_measurement(parser: argparse.ArgumentParser) -> None:
         "--resolution", type=number(above=0.0), metavar="HZ", help="distance of the lines, for records"
     )
     group.add_argument(
-        "--window", type=window, default="hann", help="for records; boxcar for impacts that have died out"
+        "--window", type=window, help="for records; hann, or none (boxcar) where the inputs are hits"
     )
     group.add_argument(
         "--estimator", default="", choices=(*ESTIMATORS, BY_INSTRUMENT),

@@ -12,6 +12,7 @@ from flexarm_bringup.identify.likeness_figure import likeness_figure
 from flexarm_bringup.identify.response_figures import indicator_figure, responses_figure
 from flexarm_bringup.identify.run import Result
 from flexarm_bringup.identify.shapes_figure import shapes_figure
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_model.identification.held_modes import all_together
@@ -20,6 +21,7 @@ from flexarm_model.modal.frf import KINDS
 
 PERCENT = 100.0
 MOVES = {"accelerance": "acceleration", "mobility": "velocity"}
+MOST_LEFT = 20.0  # of the responses, beyond which the modes are not what was measured [%]
 NEEDED_LINES = 1.0  # per bandwidth, for a damping that the data hold
 KNOWN = 0.1  # sigma of a damping over it, up to which it is known
 WINDOWED_LINES = 6.0  # the same where a window has widened the resonance: below, it reads too high
@@ -52,7 +54,9 @@ def build_page(files: Sequence[Path], result: Result, measured: Sequence[Table] 
         ]  # fmt: skip
     items += measured
     remarks = {"What the data do not hold": _doubts(result)}
-    return Page("Modes", lead, items, remarks={k: v for k, v in remarks.items() if v})
+    left = "what the modes leave of the responses"
+    checks = [Check.at_most(left, PERCENT * fit.model.error, MOST_LEFT, "%")] if fit else []
+    return Page("Modes", lead, items, checks, {k: v for k, v in remarks.items() if v})
 
 
 def _modes(result: Result, fit: PoleFit) -> Table:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.identify.averaging import BOXCAR, Averaging, settings_of
+from flexarm_bringup.identify.averaging import BOXCAR, Averaging, cut_of
 from flexarm_bringup.identify.bag_source import read_bag
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError, merge
 from flexarm_bringup.identify.record_checks import in_order_of, without_outputs
@@ -164,7 +164,8 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
     if not first.inputs:
         raise SourceError("no input was recorded: name it 'in:NAME' (force, torque), or try --output-only")
     try:
-        settings, estimator = settings_of(records, averaging)
+        cut = cut_of(records, averaging)
+        settings, estimator = cut.settings, cut.settings.estimator
         blocks = block_spectra(
             [np.column_stack(list(run.inputs.values())) for run in records],
             [np.column_stack(list(run.outputs.values())) for run in records],
@@ -189,7 +190,12 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
     few = () if count >= FEWEST_BLOCKS else (f"{count} block(s): too few to draw again, so no bootstrap",)
     fed_back = (UNDER_FEEDBACK,) if first.is_held and estimator != BY_INSTRUMENT else ()
     lobe = main_lobe(settings.window) if settings.window != BOXCAR else 0.0
-    told = (*few, *fed_back, *dict.fromkeys(remark for run in records for remark in run.remarks))
+    told = (
+        *few,
+        *cut.remarks,
+        *fed_back,
+        *dict.fromkeys(remark for run in records for remark in run.remarks),
+    )
     return Source(responses, None if few else draw, estimator, lobe, told, tuple(records))
 
 

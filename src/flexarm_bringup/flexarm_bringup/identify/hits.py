@@ -1,0 +1,68 @@
+"""Inputs that act for a moment: hits of a hammer, pulses.
+
+A window weighs a hit by where it stands in a block, and its ringing by where that stands: the ratio is no
+response, and its modes are wrong. Whole records that begin at rest and ring down need no window.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.identify.measurement import Records
+
+Array = NDArray[np.float64]
+HALF_THE_POWER = 0.5
+FEW_SAMPLES = 0.01  # share of a record's samples that hold half the power of a hit; of noise it is a tenth
+LAST, STILL_RINGS = 0.05, 0.05  # share of a block at its end; of the largest, what has not died out there
+PERCENT = 100.0
+
+
+def are_hits(records: Sequence[Records]) -> bool:
+    """Tell whether every input that moves does so for a moment, in every run."""
+    moving = [x for run in records for x in run.inputs.values() if np.ptp(x) > 0.0]
+    return bool(moving) and all(_half_power_samples(x) <= FEW_SAMPLES * x.size for x in moving)
+
+
+def told_of_hits(records: Sequence[Records], window: str, block: int) -> list[str]:
+    """Return what is to be told of hits.
+
+    Args:
+        records: Runs whose inputs are hits.
+        window: That was asked for; empty where nobody asked.
+        block: Samples of a block.
+    """
+    unjudged = "the inputs are hits: no half of a record was predicted from the other, which rings only"
+    if window not in ("", "boxcar"):
+        return [
+            unjudged,
+            f"behind a {window} window a hit counts otherwise than its ringing and the modes come out wrong: "
+            "leave --window out",
+        ]
+    told = [
+        unjudged,
+        f"blocks are {block} samples without a window: each has to begin at rest and to ring down within",
+    ]
+    rings = dict.fromkeys(name for run in records for name, y in run.outputs.items() if _rings(y[:block]))
+    if rings:
+        told.append(
+            f"more than {PERCENT * STILL_RINGS:g} % of the largest is left at the end of a block: "
+            f"{', '.join(rings)}; dampings come out wrong: record longer, or leave --resolution out"
+        )
+    return told
+
+
+def _half_power_samples(x: Array) -> int:
+    """Return how many of its largest samples hold half the power of a signal."""
+    power = np.sort((x - np.median(x)) ** 2)[::-1]
+    return int(np.searchsorted(np.cumsum(power), HALF_THE_POWER * power.sum())) + 1
+
+
+def _rings(y: Array) -> bool:
+    """Tell whether a signal has not died out in its last part, (samples,)."""
+    size = max(1, int(LAST * y.size))
+    parts = y[: y.size // size * size].reshape(-1, size)
+    rms = np.sqrt(np.mean((parts - np.median(y)) ** 2, axis=1))
+    return bool(rms[-1] > STILL_RINGS * rms.max())

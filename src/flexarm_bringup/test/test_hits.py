@@ -1,0 +1,91 @@
+"""Hits of a hammer: whole records without a window, and a fit that leaves too much is no pass."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from identify_files import F_HZ, ZETA
+from scipy import signal
+
+from flexarm_bringup.identify.averaging import Averaging
+from flexarm_bringup.identify.halves import judge_halves
+from flexarm_bringup.identify.hits import are_hits
+from flexarm_bringup.identify.measurement import Records
+from flexarm_bringup.identify.page import build_page
+from flexarm_bringup.identify.run import Request, Result, identify
+from flexarm_bringup.identify.sources import Source, of_records
+
+RATE = 200.0
+REQUEST = Request((5.0, 45.0), 0.6)
+
+
+def hit(seed: int, seconds: float) -> Records:
+    """Return a hit of three samples and what two accelerometers say to it, with 0.1 % of noise."""
+    rng = np.random.default_rng(seed)
+    x = np.zeros(round(seconds * RATE))
+    x[20:23] = (1 + 0.1 * seed) * np.array([0.3, 1.0, 0.5])
+    y = np.zeros((x.size, 2))
+    for k, (omega, zeta) in enumerate(zip(2 * np.pi * F_HZ, ZETA, strict=True)):
+        b, a, _ = signal.cont2discrete(
+            ([1.0, 0.0, 0.0], [1.0, 2 * zeta * omega, omega**2]), 1 / RATE, method="bilinear"
+        )
+        y += np.outer(signal.lfilter(b.ravel(), a, x), [1.0, 0.7 - k])
+    y += 0.001 * abs(y).max() * rng.standard_normal(y.shape)
+    return Records(RATE, {"hammer": x}, {"a": y[:, 0], "b": y[:, 1]}, "accelerance")
+
+
+def identified(averaging: Averaging, seconds: float = 10.0) -> tuple[Source, Result]:
+    source = of_records([hit(seed, seconds) for seed in range(4)], averaging)
+    return source, identify(source, REQUEST)
+
+
+def test_hits_give_the_modes_put_in_without_an_option() -> None:
+    """Behind a Hann window of a part of the record they gave none, or wrong ones, without a warning."""
+    source, result = identified(Averaging())
+    fit = result.found.fit
+    analogue = 2 * np.pi * F_HZ * (-ZETA + 1j * np.sqrt(1 - ZETA**2))
+    poles = RATE * np.log((2 * RATE + analogue) / (2 * RATE - analogue))  # where the bilinear filter has them
+    assert fit is not None and fit.model.f_hz == pytest.approx(abs(poles) / (2 * np.pi), rel=1e-4)
+    assert fit.model.zeta == pytest.approx(-poles.real / abs(poles), rel=0.005)
+    assert any("2000 samples without a window" in line for line in source.remarks)
+    assert not any("is left at the end" in line for line in source.remarks)
+    assert judge_halves(source, REQUEST, Averaging()) is None
+
+
+def test_a_window_over_hits_is_warned_of_and_its_fit_does_not_pass() -> None:
+    source, result = identified(Averaging(window="hann"))
+    assert any("behind a hann window a hit counts otherwise" in line for line in source.remarks)
+    page = build_page([Path("hits.npz")], result)
+    assert result.found.fit is None or not page.passed
+
+
+def test_hits_that_still_ring_at_the_end_of_a_block_are_told() -> None:
+    source, _ = identified(Averaging(resolution_hz=1.0))
+    assert any("is left at the end of a block: a, b; dampings" in line for line in source.remarks)
+
+
+def test_a_fit_that_leaves_a_fifth_of_the_responses_is_no_pass() -> None:
+    _, result = identified(Averaging())
+    fit = result.found.fit
+    assert fit is not None and build_page([Path("hits.npz")], result).passed
+    poor = replace(fit, model=replace(fit.model, error=0.25))
+    page = build_page([Path("hits.npz")], replace(result, found=replace(result.found, fit=poor)))
+    assert not page.passed and "at most 20 %" in page.to_text()
+
+
+def test_what_lasts_is_no_hit() -> None:
+    t, rng = np.arange(4000) / RATE, np.random.default_rng(0)
+    signals = (
+        rng.standard_normal(t.size),
+        np.sin(7 * t),
+        signal.chirp(t, 1.0, 20.0, 50.0),
+        np.sign(rng.standard_normal(t.size)),
+        np.exp(-t),
+    )
+    for x in signals:
+        assert not are_hits([SimpleNamespace(inputs={"u": x})])  # type: ignore[list-item]
+    assert are_hits([replace(hit(0, 10.0), inputs={"one": hit(0, 10.0).inputs["hammer"], "still": 0 * t})])
