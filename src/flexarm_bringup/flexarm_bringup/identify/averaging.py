@@ -2,6 +2,8 @@
 
 Short blocks average much and widen every resonance to the main lobe of their window; long ones average
 little. A fifth of the record leaves nine blocks, half of each in the next; more inputs want more of them.
+But the chart has so many orders and no more: over many thousand lines it does not see a mode of a few, so of
+long records at high rates a block is a sixteenth.
 """
 
 from __future__ import annotations
@@ -9,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from flexarm_bringup.identify.hits import are_hits, told_of_hits
+from flexarm_bringup.identify.hits import are_hits, rung_down, told_of_hits
 from flexarm_bringup.identify.measurement import Records
 from flexarm_bringup.identify.record_checks import refuse_unusable
 from flexarm_model.identification.spectra import BY_INSTRUMENT, SpectrumSettings
@@ -17,6 +19,9 @@ from flexarm_model.identification.spectra import BY_INSTRUMENT, SpectrumSettings
 BOXCAR = "boxcar"  # the window that is none
 LEAST_PARTS = 5  # of a record: a block is at most such a part of it when nobody asks for a resolution
 PARTS_PER_INPUT = 4  # of all records together
+MANY_PARTS = 16  # of a record whose blocks would have too many lines
+MOST_SAMPLES = 6400  # of a block that is more than such a part: 2500 lines of use
+MOST_SAMPLES_OF_A_HIT = 25_600  # of a block that is more than what rings
 SHORTEST = 64  # samples of a block that nobody asked for
 
 
@@ -43,10 +48,12 @@ class Cut:
     Attributes:
         settings: Blocks, window and estimator.
         remarks: What the reader should know of it.
+        used: Samples at the begin of every run that count; None for all. What follows a hit is noise.
     """
 
     settings: SpectrumSettings
     remarks: tuple[str, ...] = ()
+    used: int | None = None
 
 
 def cut_of(records: Sequence[Records], averaging: Averaging) -> Cut:
@@ -63,13 +70,12 @@ def cut_of(records: Sequence[Records], averaging: Averaging) -> Cut:
     hits = are_hits(records)
     whole = hits and averaging.window in ("", BOXCAR)
     wanted = averaging.resolution_hz
-    block = (
-        round(first.rate_hz / wanted) if wanted else _shortest(records) if whole else _usual_block(records)
-    )
+    usual = _block_of_hits if whole else _usual_block
+    block = round(first.rate_hz / wanted) if wanted else usual(records)
     refuse_unusable(records, block)
     told = tuple(told_of_hits(records, averaging.window, block)) if hits else ()
     if whole:
-        return Cut(SpectrumSettings(block, 0.0, BOXCAR, estimator), told)
+        return Cut(SpectrumSettings(block, 0.0, BOXCAR, estimator), told, None if wanted else block)
     return Cut(SpectrumSettings(block, window=averaging.window or "hann", estimator=estimator), told)
 
 
@@ -80,5 +86,13 @@ def _shortest(records: Sequence[Records]) -> int:
 
 def _usual_block(records: Sequence[Records]) -> int:
     """Return the samples of a block where nobody asks for a resolution."""
+    shortest = _shortest(records)
     parts = max(LEAST_PARTS, PARTS_PER_INPUT * len(records[0].inputs) / len(records))
-    return max(SHORTEST, int(_shortest(records) / parts))
+    few_lines = max(MOST_SAMPLES, shortest / MANY_PARTS)
+    return max(SHORTEST, int(min(shortest / parts, few_lines)))
+
+
+def _block_of_hits(records: Sequence[Records]) -> int:
+    """Return the samples of a block of hits: whole runs; of long ones what rings."""
+    whole = _shortest(records)
+    return min(whole, max(MOST_SAMPLES_OF_A_HIT, rung_down(records)))

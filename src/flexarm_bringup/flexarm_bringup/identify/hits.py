@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 HALF_THE_POWER = 0.5
 FEW_SAMPLES = 0.01  # share of a record's samples that hold half the power of a hit; of noise it is a tenth
 LAST, STILL_RINGS = 0.05, 0.05  # share of a block at its end; of the largest, what has not died out there
+DIED_OUT = 0.01  # of the largest, what has
+NOISE = 2.0  # of the quietest part, up to which a part is no louder
 PERCENT = 100.0
 
 
@@ -54,6 +56,21 @@ def told_of_hits(records: Sequence[Records], window: str, block: int) -> list[st
     return told
 
 
+def rung_down(records: Sequence[Records]) -> int:
+    """Return after how many samples no output rings any more, in any run; that of the longest at most."""
+    return max(_rings_until(y) for run in records for y in run.outputs.values())
+
+
+def _rings_until(y: Array) -> int:
+    """Return after how many samples a signal is down to its noise, or to a hundredth of its largest part."""
+    if _rings(y):
+        return y.size
+    size = max(1, int(LAST * y.size))
+    rms = _loudness(y, size)
+    loud = np.flatnonzero(rms > max(DIED_OUT * rms.max(), NOISE * rms.min()))
+    return min(y.size, (int(loud.max(initial=0)) + 2) * size)
+
+
 def _half_power_samples(x: Array) -> int:
     """Return how many of its largest samples hold half the power of a signal."""
     power = np.sort((x - np.median(x)) ** 2)[::-1]
@@ -62,7 +79,11 @@ def _half_power_samples(x: Array) -> int:
 
 def _rings(y: Array) -> bool:
     """Tell whether a signal has not died out in its last part, (samples,)."""
-    size = max(1, int(LAST * y.size))
-    parts = y[: y.size // size * size].reshape(-1, size)
-    rms = np.sqrt(np.mean((parts - np.median(y)) ** 2, axis=1))
+    rms = _loudness(y, max(1, int(LAST * y.size)))
     return bool(rms[-1] > STILL_RINGS * rms.max())
+
+
+def _loudness(y: Array, size: int) -> Array:
+    """Return the root mean square of parts of a signal, of so many samples each."""
+    parts = y[: y.size // size * size].reshape(-1, size)
+    return np.asarray(np.sqrt(np.mean((parts - np.median(y)) ** 2, axis=1)))

@@ -21,6 +21,7 @@ from flexarm_model.modal.frf import KINDS
 
 PERCENT = 100.0
 MOVES = {"accelerance": "acceleration", "mobility": "velocity"}
+MANY_LINES = 5000  # over which the chart's orders hardly show a mode of a few lines
 MOST_LEFT = 20.0  # of the responses, beyond which the modes are not what was measured [%]
 NEEDED_LINES = 1.0  # per bandwidth, for a damping that the data hold
 KNOWN = 0.1  # sigma of a damping over it, up to which it is known
@@ -194,4 +195,8 @@ def _doubts(result: Result) -> list[str]:
         lines.append(f"{masked} of {result.weight.size} lines of all outputs were left out for low coherence")
     if result.found.fit is None:
         lines.append("no mode stands out of the noise in this band")
+    if result.frf.f_hz.size > MANY_LINES:
+        lines.append(
+            f"{result.frf.f_hz.size} lines are many: narrow modes may be missed, try a --band about them"
+        )
     return lines

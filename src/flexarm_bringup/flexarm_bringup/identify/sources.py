@@ -167,11 +167,11 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
         cut = cut_of(records, averaging)
         settings, estimator = cut.settings, cut.settings.estimator
         blocks = block_spectra(
-            [np.column_stack(list(run.inputs.values())) for run in records],
-            [np.column_stack(list(run.outputs.values())) for run in records],
+            [np.column_stack(list(run.inputs.values()))[: cut.used] for run in records],
+            [np.column_stack(list(run.outputs.values()))[: cut.used] for run in records],
             first.rate_hz,
             settings,
-            _instruments(records),
+            [r[: cut.used] for r in _instruments(records)],
         )
         responses = _responses(blocks.frf(estimator, first.kind), first)
     except ValueError as error:
