@@ -112,10 +112,9 @@ def test_twin_nodes_two_guards_and_qualities_that_do_not_fit_are_named(
     with subprocess.Popen(talk, stdin=pipe, stdout=pipe, text=True, env=ros_environment) as talkers:
         assert talkers.stdout is not None and talkers.stdout.readline() == "ready\n"
         found = _ask_doctor(ros_environment)
+        wanted = TWINS, MISFIT, RIVALS
         deadline = time.monotonic() + PATIENCE  # who has just begun to speak may not have told it all yet
-        while (
-            not all(each in found.stdout for each in (TWINS, MISFIT, RIVALS)) and time.monotonic() < deadline
-        ):
+        while not all(each in found.stdout for each in wanted) and time.monotonic() < deadline:
             found = _ask_doctor(ros_environment)
         talkers.communicate("")
     assert found.returncode == 1, found.stdout
