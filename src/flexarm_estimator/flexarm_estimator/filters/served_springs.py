@@ -20,7 +20,7 @@ from flexarm_estimator.filters.moving_arm import MovingArm
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
-_ROUNDING = 1e-6  # of the largest value of its kind: smaller differences are the way it was computed
+_ROUNDING = 1e-8  # of the largest value of its kind: smaller differences are the way it was computed
 
 
 class SpringForce(NamedTuple):
