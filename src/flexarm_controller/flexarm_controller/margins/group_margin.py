@@ -12,9 +12,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.margins.delay_margin import MOST, late, unstable_zeros
+from flexarm_controller.margins.delay_margin import MOST, late
 from flexarm_controller.margins.full_plant import PARTS
 from flexarm_controller.margins.gain_margin import GainMargin
+from flexarm_controller.margins.paired_roots import PairedRoots
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -24,11 +25,11 @@ HALVINGS = 8
 
 def group_gain_margin(answer: Complex) -> GainMargin:
     """Return the margins of a stable loop from its answers, (k, n_u, n_u)."""
-    roots = np.linalg.eigvals(answer)  # (k, n_u)
+    roots = PairedRoots(answer)
 
     def is_unstable(db: float) -> bool:
         """Say whether so much more gain makes the loop unstable."""
-        return bool(unstable_zeros((1.0 - (10.0 ** (db / 20.0) - 1.0) * roots).prod(axis=1)))
+        return bool(roots.unstable_zeros(10.0 ** (db / 20.0) - 1.0))
 
     up, down = (_first(is_unstable, sign) for sign in (1.0, -1.0))
     return GainMargin(10.0 ** (up / 20.0), 10.0 ** (-down / 20.0))
@@ -42,10 +43,8 @@ def group_delay_margin(answer: Complex, of_early: Complex, angles: Array) -> flo
         of_early: To what of them is due to the first parts of the period, (PARTS + 1, k, n_u, n_u).
         angles: From 0 to pi [rad], (k,).
     """
-    unit = np.eye(answer.shape[1])
     for part in range(1, MOST * PARTS + 1):
-        change = late(answer, of_early, angles, part) - answer
-        if unstable_zeros(np.linalg.det(unit - change)):
+        if PairedRoots(late(answer, of_early, angles, part) - answer).unstable_zeros(1.0):
             return (part - 1) / PARTS
     return float(MOST)
 
