@@ -13,13 +13,15 @@ import pytest
 from flexarm_bringup import cli
 from flexarm_bringup.drift_run import command
 from flexarm_bringup.drift_run.bag import settings_for
+from flexarm_bringup.drift_run.drill_checks import drill_checks
 from flexarm_bringup.drift_run.normal_moves import WAIT, normal_moves
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
-from flexarm_bringup.page.check import NOT_JUDGED, OK
+from flexarm_bringup.page.check import NOT_JUDGED, OK, Check
 from flexarm_bringup.page.report import Table
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import Task, find_task, load_task
 from flexarm_estimator.drift.judgement import Healthy, ModeNow
+from flexarm_estimator.drift.proposal import ALL_ALIKE
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.reading.config import load_config
@@ -188,8 +190,50 @@ def test_a_bag_in_which_no_mode_was_judged_is_not_reported_as_free_of_alarms() -
 @pytest.mark.parametrize(("healthy", "verdict"), [(None, NOT_JUDGED), (Healthy(0.0, 0.002, 0.01, 0.001), OK)])
 def test_a_drill_in_which_no_mode_was_judged_keeps_no_bound(healthy: Healthy | None, verdict: str) -> None:
     learning = DriftConfig(learning=8.0)
-    (check,) = command._checks(seen(20.0, healthy), Drill(20.0), learning)
+    (check,) = drill_checks(seen(20.0, healthy), Drill(20.0), learning)
     assert check.verdict == verdict and check.found.startswith("0 in")
+
+
+def drilled(change: float, sigma: float, proposal: str, told: float) -> list[Check]:
+    """Return the checks of a drill with -20 % that read a change, after an alarm that told another."""
+    mode, first = (
+        ModeNow("mode_1", 5.0, 5.0, 0.1, 0.01, 0.01, 0.001, True, True, c, sigma) for c in (change, told)
+    )
+    end = Watched(np.array([40.0]), ((mode,),), ((22.0, "mode 1 runs at"),), "", proposal, (first,))
+    return drill_checks(end, Drill(40.0, 0.8, 20.0), DriftConfig())
+
+
+@pytest.mark.parametrize(
+    ("change", "sigma", "proposal", "told", "broken"),
+    [
+        (-0.203, 0.002, ALL_ALIKE, -0.1, []),
+        (-0.16, 0.012, ALL_ALIKE, -0.1, []),
+        (-0.16, 0.008, ALL_ALIKE, -0.1, ["known changes"]),
+        (-0.2, 0.002, ALL_ALIKE, 0.09, ["told the wrong way"]),
+        (-0.2, 0.002, "modes changed apart: look", -0.2, ["proposal"]),
+        (-0.007, 0.029, "", -0.007, ["known changes", "proposal"]),
+    ],
+)
+def test_a_drill_checks_value_sign_and_proposal(
+    change: float, sigma: float, proposal: str, told: float, broken: list[str]
+) -> None:
+    """Any alarm at all was enough: mode 2 told at +9 % and known at -0.7 % where all fell by 20 %."""
+    checks = drilled(change, sigma, proposal, told)
+    assert [check.name for check in checks if check.verdict != OK] == broken
+
+
+def test_a_drill_that_knows_no_mode_in_the_end_does_not_judge_its_numbers() -> None:
+    checks = {check.name: check for check in drilled(-0.2, 0.05, ALL_ALIKE, -0.1)}
+    assert checks["known changes"].verdict == NOT_JUDGED
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scale", [0.6, 0.8, 1.15, 1.4])
+def test_large_changes_are_read_right_and_told_as_one(scale: float) -> None:
+    config, task = load_config(find_manipulator("single_link"), "geared"), load_task(find_task("single_link"))
+    drill = Drill(78.0, scale, 39.0, law=ALONE)
+    checks = drill_checks(run_drill(config, task, drill), drill, DriftConfig())
+    assert [check.verdict for check in checks] == [OK] * 5
 
 
 @pytest.mark.parametrize(

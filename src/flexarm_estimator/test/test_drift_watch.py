@@ -10,8 +10,9 @@ from planar_strip import DT, SENSORS, Record, StripKinematics, simulate, strip_m
 
 from flexarm_estimator.drift.drift_watch import LONGEST_GAP, SETTLING, DriftWatch
 from flexarm_estimator.drift.healthy import HealthyModes
-from flexarm_estimator.drift.judgement import Alarms, Healthy, ModeNow, proposal
+from flexarm_estimator.drift.judgement import Alarms, Healthy, ModeNow
 from flexarm_estimator.drift.mode_drift import STIFFNESS_PRIOR, ModeDrift
+from flexarm_estimator.drift.proposal import proposal
 from flexarm_estimator.drift.score_blocks import ScoreBlocks
 from flexarm_estimator.drift.sensitivity import WatchedFilter, watched_filter
 from flexarm_estimator.drift.settings import DriftConfig

@@ -22,6 +22,7 @@ from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.bags.named_arm import HELP, NamedArm, arm_named, open_bag
 from flexarm_bringup.drift_run.bag import settings_for, watch_bag
+from flexarm_bringup.drift_run.drill_checks import SOON, drill_checks, is_unjudged
 from flexarm_bringup.drift_run.figure import draw_watched
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
 from flexarm_bringup.exit_codes import UNUSABLE
@@ -36,7 +37,6 @@ from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
-SOON, PER_HOUR = 10.0, 1.0  # s until a change is told at most; false alarms per hour at most
 PERCENT = 100.0
 OF_DRILL = ("--minutes", "--change", "--law", "--seed")
 
@@ -105,26 +105,8 @@ def _simulate(args: argparse.Namespace, progress: Progress) -> Page:
     settings = task.make("drift", DriftConfig)
     watched = run_drill(config, task, drill, settings, progress.say)
     title = f"Drill of the drift watch: {task.manipulator}" + (f", preset {preset}" if preset else "")
-    page = build_page(title, watched, settings, _checks(watched, drill, settings))
+    page = build_page(title, watched, settings, drill_checks(watched, drill, settings))
     return resting_on(page, arm_of(task, preset))
-
-
-def _checks(watched: Watched, drill: Drill, settings: DriftConfig) -> list[Check]:
-    if watched.guard:
-        return [Check("the arm moved on", "no stop", watched.guard, False)]
-    if drill.scale == 1.0:
-        count, hours = len(watched.alarms), drill.duration / 3600
-        wanted, found = f"under {PER_HOUR:g} per hour", f"{count} in {hours:.2f} h"
-        if not count and _is_unjudged(watched, settings):
-            return [Check("false alarms", wanted, found, False, excuse="no mode was judged")]
-        return [Check("false alarms", wanted, found, count < max(PER_HOUR * hours, 1.0))]
-    after = [when - drill.at for when, _ in watched.alarms if when >= drill.at]
-    early = len(watched.alarms) - len(after)
-    found = f"{after[0]:.1f} s" if after else "never"
-    return [
-        Check("told after the change", f"within {SOON:g} s", found, bool(after) and after[0] <= SOON),
-        Check("told before it", "never", f"{early} times", not early),
-    ]
 
 
 def build_page(title: str, watched: Watched, settings: DriftConfig, checks: list[Check]) -> Page:
@@ -166,15 +148,9 @@ def _row(mode: ModeNow) -> Cells:
     ]  # fmt: skip
 
 
-def _is_unjudged(watched: Watched, settings: DriftConfig) -> bool:
-    """Return whether no mode was ever compared with how the healthy arm reads."""
-    last = watched.modes[-1] if watched.modes else ()
-    return bool(settings.learning) and not any(mode.healthy for mode in last)
-
-
 def _alarms(watched: Watched, settings: DriftConfig) -> list[str]:
     """Return the alarms in sentences, or why there can be none."""
-    if watched.alarms or not _is_unjudged(watched, settings):
+    if watched.alarms or not is_unjudged(watched, settings):
         return [f"{when:.1f} s: {text}" for when, text in watched.alarms] or ["none"]
     seconds = float(watched.t[-1]) if watched.t.size else 0.0
     if seconds < settings.learning:

@@ -67,6 +67,7 @@ class Watched:
         alarms: When a mode was told to have drifted [s], with the sentence; one entry per beginning.
         guard: Why the guard stopped the arm; empty when it did not.
         proposal: At the end.
+        told: The modes of the alarms as they read when they were told.
     """
 
     t: Array
@@ -74,6 +75,7 @@ class Watched:
     alarms: tuple[tuple[float, str], ...]
     guard: str
     proposal: str
+    told: tuple[ModeNow, ...] = ()
 
 
 class _Listening(Hardware):
@@ -146,6 +148,7 @@ class _Looker:
         self._modes: list[tuple[ModeNow, ...]] = []
         self._alarms: list[tuple[float, str]] = []
         self._told: set[str] = set()
+        self._drifted: list[ModeNow] = []
 
     def look(self, hardware: Hardware, estimate: Estimate) -> Mapping[str, Array]:
         """Take a tick of the closed loop; nothing of it is recorded."""
@@ -170,6 +173,7 @@ class _Looker:
         for name, text in self._watch.alarms.items():
             if name not in self._told:
                 self._alarms.append((t, text))
+                self._drifted += [mode for mode in self._watch.modes if mode.name == name]
         self._told = set(self._watch.alarms)
         if is_row:
             self._t.append(t)
@@ -179,5 +183,10 @@ class _Looker:
     def said(self, guard: str) -> Watched:
         """Return what the watch told; ``guard`` is why the guard stopped the arm, empty when it did not."""
         return Watched(
-            np.array(self._t), tuple(self._modes), tuple(self._alarms), guard, self._watch.proposal
+            np.array(self._t),
+            tuple(self._modes),
+            tuple(self._alarms),
+            guard,
+            self._watch.proposal,
+            tuple(self._drifted),
         )

@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.adoption import map_parts
 from flexarm_estimator.drift.healthy import HealthyModes
-from flexarm_estimator.drift.judgement import Alarms, ModeNow, modes_now, proposal
+from flexarm_estimator.drift.judgement import Alarms, ModeNow, modes_now
 from flexarm_estimator.drift.mode_drift import ModeDrift
+from flexarm_estimator.drift.proposal import proposal
+from flexarm_estimator.drift.running_point import RunningPoint, running_model
 from flexarm_estimator.drift.sensitivity import watched_filter
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.judging.gate import Gate
-from flexarm_estimator.parts import Parts, PartsMaker
+from flexarm_estimator.parts import PartsMaker
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.tool.tip import Kinematics
 from flexarm_model.manipulator.sensor_spec import SensorSpec
@@ -65,18 +67,20 @@ class DriftWatch:
         self._maker = PartsMaker(kinematics, sensors, estimator, gate)
         self._specs, self._dt = sensors, dt
         self._watched_modes = self._choose(model)
-        self._use(self._maker.make(model, use_compiler=False))
+        self._point = RunningPoint([f"mode_{mode + 1}" for mode in self._watched_modes])
+        self._use(model)
         self._drift = ModeDrift(self._filter, self._at_rest(), dt, self._config.memory)
         self._alarms, self._healthy = Alarms(self._config), HealthyModes(self._config)
         self._last: int | None = None  # period of the last sample
         self._whole: int | None = None  # of the last one in which every sensor spoke
         self._started = self._older = 0  # period, and periods in a row that were of an earlier time
+        self._looked = 0.0  # s
         self.modes: tuple[ModeNow, ...] = ()
 
     @property
     def model(self) -> ReducedModel:
         """Served model in use."""
-        return self._parts.model
+        return self._model
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -93,7 +97,8 @@ class DriftWatch:
         """What to do about it; empty when no mode has drifted."""
         if not self._alarms.told:
             return ""
-        return proposal(self._healthy.judged(self.modes), self._alarms.is_damping_alone)
+        is_early = 0.0 <= self._looked - self._alarms.newest < self._config.memory
+        return proposal(self._healthy.judged(self.modes), self._alarms.is_damping_alone, is_early)
 
     def adopt(self, model: ReducedModel) -> None:
         """Go on with another model of the same arm; what is known of its modes stays.
@@ -102,7 +107,7 @@ class DriftWatch:
             ValueError: It is of another arm.
         """
         old = self._parts
-        self._use(self._maker.make(model, use_compiler=False))
+        self._use(model)
         T = map_parts(old, self._parts).T
         self._drift.adopt(self._filter, T, T @ self._drift.x)
 
@@ -133,9 +138,20 @@ class DriftWatch:
         elapsed = (period - self._started) * self._dt
         self._drift.step(y, u, counts=elapsed > SETTLING)
         if period % max(1, round(LOOK / self._dt)) == 0 and elapsed > SETTLING:
-            now = modes_now(self.model, self._filter.modes, self._drift.deltas())
-            self.modes = self._healthy.compare(now, elapsed - SETTLING)
-            self._alarms.look(self._healthy.judged(self.modes), period * self._dt)
+            self._look(elapsed - SETTLING, period * self._dt)
+
+    def _look(self, elapsed: float, t: float) -> None:
+        """Judge the modes, and go along with those that have left the point about which slopes hold."""
+        self._looked = t
+        now = modes_now(self.model, self._filter.modes, self._drift.deltas(), self._point.ratio)
+        self.modes = self._point.settled(self._healthy.compare(now, elapsed), t)
+        judged = self._healthy.judged(self.modes)
+        self._alarms.look(judged, t)
+        shift = self._point.step(judged, t)
+        if shift is not None:
+            old = self._parts
+            self._use(self._model)
+            self._drift.move(self._filter, map_parts(old, self._parts).T, shift)
 
     def _missed(self, period: int) -> int | None:
         """Return how many periods passed unseen, none of a long gap; None when the sample is old.
@@ -160,8 +176,10 @@ class DriftWatch:
             self._started = period
             self._drift.restart(self._at_rest())
 
-    def _use(self, parts: Parts) -> None:
-        self._parts = parts
+    def _use(self, model: ReducedModel) -> None:
+        self._model = model
+        running = running_model(model, self._watched_modes, self._point.ratio)
+        self._parts = parts = self._maker.make(running, use_compiler=False)
         self._filter = watched_filter(parts, self._specs, self._dt, self._watched_modes)
 
     def _at_rest(self) -> Array:

@@ -1,26 +1,31 @@
 """What is said of a mode: its running frequency and damping, and whether it has drifted.
 
 A change is told when it is as large as the settings say, known to so many sigma, and has lasted; it is taken
-back when it has become smaller than two thirds of that. All modes stiffer or softer by the same is the arm:
-modulus, temperature, or mass of a part. Modes that changed apart point to one place: a payload, a loose bolt.
+back when it has become smaller than two thirds of that. What to do about it says ``proposal``.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_estimator.drift.mode_drift import DAMPING_PRIOR, STIFFNESS_PRIOR, Deltas
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.settings.units import RAD_PER_HZ
 
+Array = NDArray[np.float64]
 BACK = 2.0 / 3.0  # of a change that is told, below which it is taken back
 KNOWN = 0.5  # of the sigma before the measurement, from which the motion has told a value
 CERTAIN = 0.03  # one sigma of the relative frequency below which it is called known; alarms ask for more
-ALIKE = 3.0  # sigmas within which changes of modes are the same
+DAMPED, DOUBTFUL = (
+    3.0,
+    2.0,
+)  # times as much damping as there should be: so reads a mode that runs, may run elsewhere
 LEAST_STIFFNESS = 0.01  # of the described: what is left of omega^2 at least
 PERCENT = 100.0
 
@@ -59,6 +64,7 @@ class ModeNow:
         change: Relative change of frequency against the description, and one sigma [1].
         change_sigma: The same.
         healthy: What it should read; None: as described.
+        is_settled: It has read near the point about which the watch is linear for a while.
     """
 
     name: str
@@ -73,11 +79,26 @@ class ModeNow:
     change: float
     change_sigma: float
     healthy: Healthy | None = None
+    is_settled: bool = True
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether it reads as if damped many times as much, as a mode does that runs elsewhere."""
+        return self._damping_ratio > DAMPED
+
+    @property
+    def is_within_reach(self) -> bool:
+        """Whether the motion has told its frequency, and slopes hold where it reads."""
+        return self.is_known and self.is_settled and self._damping_ratio < DOUBTFUL
+
+    @property
+    def _damping_ratio(self) -> float:
+        return self.zeta / max(self.expected.zeta, self.described_zeta)
 
     @property
     def is_certain(self) -> bool:
-        """Whether its frequency is known: the motion has told it, and to less than is told as a drift."""
-        return self.is_known and self.change_sigma < CERTAIN
+        """Whether its frequency is known: within reach, and to less than is told as a drift."""
+        return self.is_within_reach and self.change_sigma < CERTAIN
 
     @property
     def expected(self) -> Healthy:
@@ -95,17 +116,27 @@ class ModeNow:
         return float(np.hypot(self.change_sigma, self.expected.change_sigma))
 
 
-def modes_now(model: ReducedModel, modes: Sequence[int], deltas: Deltas) -> tuple[ModeNow, ...]:
-    """Return the watched modes of a served model as they run."""
+def modes_now(model: ReducedModel, modes: Sequence[int], deltas: Deltas, at: Array) -> tuple[ModeNow, ...]:
+    """Return the watched modes as they run.
+
+    Args:
+        model: As served.
+        modes: Places of the watched ones among all.
+        deltas: Of these, against the point about which the watch is linear.
+        at: Frequencies there over the served [1], (modes,).
+    """
     found = []
     for k, mode in enumerate(modes):
-        ratio = float(np.sqrt(max(1.0 + deltas.stiffness[k], LEAST_STIFFNESS)))
-        change_sigma = float(deltas.stiffness_sigma[k]) / (2.0 * ratio)
+        step = float(np.sqrt(max(1.0 + deltas.stiffness[k], LEAST_STIFFNESS)))
+        ratio, change_sigma = (
+            float(at[k]) * step,
+            float(at[k]) * float(deltas.stiffness_sigma[k]) / (2.0 * step),
+        )
         f, zeta = float(model.omega[mode]) / RAD_PER_HZ, float(model.zeta[mode])
         found.append(ModeNow(
             f"mode_{mode + 1}", f, f * ratio, f * change_sigma,
-            zeta, zeta * float(1.0 + deltas.damping[k]) / ratio,
-            zeta * float(deltas.damping_sigma[k]) / ratio,
+            zeta, zeta * float(1.0 + deltas.damping[k]) / step,
+            zeta * float(deltas.damping_sigma[k]) / step,
             bool(deltas.stiffness_sigma[k] < KNOWN * STIFFNESS_PRIOR),
             bool(deltas.damping_sigma[k] < KNOWN * DAMPING_PRIOR), ratio - 1.0, change_sigma,
         ))  # fmt: skip
@@ -121,7 +152,12 @@ class Changed:
 
 
 class Alarms:
-    """Which modes are said to have drifted, and since when."""
+    """Which modes are said to have drifted, and since when.
+
+    Attributes:
+        told: What is said of those that have drifted, by name.
+        newest: When the last of them began to be told [s].
+    """
 
     def __init__(self, config: DriftConfig) -> None:
         """Begin without any."""
@@ -129,6 +165,7 @@ class Alarms:
         self._since: dict[str, float] = {}
         self._by: dict[str, Changed] = {}
         self.told: dict[str, str] = {}
+        self.newest = -math.inf  # s; when the last one began
 
     @property
     def is_damping_alone(self) -> bool:
@@ -143,6 +180,7 @@ class Alarms:
                 since = self._since.setdefault(mode.name, t)
                 if t - since >= self._config.patience or mode.name in self.told:
                     self._by[mode.name] = changed
+                    self.newest = self.newest if mode.name in self.told else t
                     self.told[mode.name] = sentence(mode, changed)
             else:
                 self._since.pop(mode.name, None)
@@ -155,12 +193,14 @@ class Alarms:
         sigma = float(np.hypot(mode.zeta_sigma, expected.zeta_sigma))
         by_frequency = abs(mode.drift) >= max(drift, sigmas * mode.drift_sigma)
         by_damping = abs(mode.zeta - expected.zeta) >= max(damping, sigmas * sigma)
-        return Changed(by_frequency and mode.is_known, by_damping and mode.is_damping_known)
+        return Changed(
+            by_frequency and mode.is_known, by_damping and mode.is_damping_known and mode.is_settled
+        )
 
     def _is_back(self, mode: ModeNow) -> bool:
         """Return whether all that was told of a mode is known to be small again."""
         said, (drift, damping) = self._by[mode.name], self._told_from(mode)
-        by_frequency = mode.is_known and abs(mode.drift) < BACK * drift
+        by_frequency = mode.is_within_reach and abs(mode.drift) < BACK * drift
         by_damping = mode.is_damping_known and abs(mode.zeta - mode.expected.zeta) < BACK * damping
         return (by_frequency or not said.frequency) and (by_damping or not said.damping)
 
@@ -188,29 +228,3 @@ def sentence(mode: ModeNow, changed: Changed) -> str:
             f"{PERCENT * mode.expected.zeta:.2g} %"
         )
     return f"{name} {' and '.join(said)}"
-
-
-def proposal(modes: Sequence[ModeNow], is_damping_alone: bool = False) -> str:
-    """Return what to do about modes of which at least one has drifted.
-
-    Args:
-        modes: Those that are judged.
-        is_damping_alone: None of them has drifted in its frequency.
-    """
-    refresh = "refresh the description: flexarm identify BAG --manipulator NAME --update --retune"
-    if is_damping_alone:
-        return (
-            "damping changed and no frequency did: look for a bolt that works loose, a bearing or a cable "
-            f"that rubs, or {refresh}"
-        )
-    known = [mode for mode in modes if mode.is_known]
-    if not known:  # it was; the arm has stood too long to tell by how much
-        return refresh
-    weights = np.array([mode.drift_sigma**-2 for mode in known])
-    changes = np.array([mode.drift for mode in known])
-    mean = float(weights @ changes / weights.sum())
-    apart = abs(changes - mean) * np.sqrt(weights)
-    if len(known) > 1 and apart.max() > ALIKE:
-        return f"modes changed apart: look for a payload or a loose joint, or {refresh}"
-    factor = (1.0 + mean) ** 2
-    return f"as if all stiffness were {factor:.3f} times (or all mass {1 / factor:.3f} times) that; {refresh}"

@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 STIFFNESS_PRIOR, DAMPING_PRIOR = 0.3, 1.0  # one sigma of the relative changes before the measurement
 BLOCK = 0.5  # s; innovations remember less
 LONG = 6.0  # memories over which the scatter is averaged
+FAR_AWAY = 0.15  # change of omega^2 of a mode after which what was learned of the others does not hold either
 FAR = 25.0  # an innovation of so many mean squares is a knock or a spike: it counts less
 
 
@@ -84,6 +85,25 @@ class ModeDrift:
         """
         self._use(watched)
         self.x, self._s = x.copy(), T @ self._s
+
+    def move(self, watched: WatchedFilter, T: Array, shift: Array) -> None:
+        """Go on about another point; what was learned of a mode that has moved does not hold there.
+
+        Args:
+            watched: Filter of the model there.
+            T: Map of the state, (n_x, n_x).
+            shift: Relative change of ``omega^2`` from the old point, (modes,).
+        """
+        self.adopt(watched, T, T @ self.x)
+        unit = np.concatenate([1.0 + shift, np.sqrt(1.0 + shift)])  # a parameter is relative to its point
+        self._s = self._s * unit
+        stays = np.tile((shift == 0.0) & (np.abs(shift).max() <= FAR_AWAY), 2)
+        before, scale = self._solve()[0], unit * stays
+        after = before * stays  # of what has not moved the unit is the same
+        self._information = scale[:, None] * self._information * scale
+        self._told = -(self._information + self._prior) @ after
+        self._blocks.move(before, after, scale)
+        self._size = self._weight = 0.0
 
     def step(self, y: Array | None, u: Array, counts: bool = True) -> None:
         """Go on by one period.

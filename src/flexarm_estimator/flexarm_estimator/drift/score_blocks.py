@@ -50,6 +50,18 @@ class ScoreBlocks:
         self._open += 1
         return self._open == self.periods
 
+    def move(self, before: Array, after: Array, scale: Array) -> None:
+        """Go on with parameters about another point.
+
+        Args:
+            before: What is known of them, (n_p,).
+            after: The same about the other point, (n_p,).
+            scale: Of a score there over one here, (n_p,).
+        """
+        scores = scale * (self._told + self._information @ before)
+        self._information = scale[:, None] * self._information * scale
+        self._told = scores - self._information @ after
+
     def scatter(self, delta: Array) -> Array:
         """Return ``sum g_b g_b'`` at parameters, (n_p, n_p)."""
         scores = self._told + self._information @ delta  # (blocks, n_p)

@@ -1,0 +1,57 @@
+"""What to do about modes that have drifted.
+
+All modes stiffer or softer by the same is the arm: modulus, temperature, or mass of a part. Modes that
+changed apart point to one place: a payload, a loose bolt. That is said only of modes that are read within the
+reach of the method, and some moves after the last of them was told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from flexarm_estimator.drift.judgement import CERTAIN, ModeNow
+
+ALIKE = 3.0  # sigmas within which changes of modes are the same
+ALL_ALIKE = "as if all stiffness"
+TOO_EARLY = "too early to tell whether all changed alike"
+REFRESH = "refresh the description: flexarm identify BAG --manipulator NAME --update --retune"
+
+
+def proposal(modes: Sequence[ModeNow], is_damping_alone: bool = False, is_early: bool = False) -> str:
+    """Return what to do about modes of which at least one has drifted.
+
+    Args:
+        modes: Those that are judged.
+        is_damping_alone: None of them has drifted in its frequency.
+        is_early: A mode is told so lately that others may still be read from the time before.
+    """
+    if is_damping_alone:
+        return (
+            "damping changed and no frequency did: look for a bolt that works loose, a bearing or a cable "
+            f"that rubs, or {REFRESH}"
+        )
+    told = [mode for mode in modes if mode.is_known]
+    known = [mode for mode in told if mode.change_sigma < CERTAIN] or told
+    if not known:  # it was; the arm has stood too long to tell by how much
+        return REFRESH
+    if _are_apart(known):
+        if is_early or not _are_apart([mode for mode in known if mode.is_within_reach]):
+            return f"{TOO_EARLY}: look again after some moves, or {REFRESH}"
+        return f"modes changed apart: look for a payload or a loose joint, or {REFRESH}"
+    factor = (1.0 + _mean(known)) ** 2
+    return f"{ALL_ALIKE} were {factor:.3f} times (or all mass {1 / factor:.3f} times) that; {REFRESH}"
+
+
+def _are_apart(modes: Sequence[ModeNow]) -> bool:
+    """Return whether a mode has changed by something else than the others."""
+    if len(modes) < 2:
+        return False
+    mean = _mean(modes)
+    return max(abs(mode.drift - mean) / mode.drift_sigma for mode in modes) > ALIKE
+
+
+def _mean(modes: Sequence[ModeNow]) -> float:
+    weights = np.array([mode.drift_sigma**-2 for mode in modes])
+    return float(weights @ np.array([mode.drift for mode in modes]) / weights.sum())
