@@ -22,10 +22,8 @@ Array = NDArray[np.float64]
 BACK = 2.0 / 3.0  # of a change that is told, below which it is taken back
 KNOWN = 0.5  # of the sigma before the measurement, from which the motion has told a value
 CERTAIN = 0.03  # one sigma of the relative frequency below which it is called known; alarms ask for more
-DAMPED, DOUBTFUL = (
-    3.0,
-    2.0,
-)  # times as much damping as there should be: so reads a mode that runs, may run elsewhere
+DAMPED = 3.0  # times as much damping as there should be: so reads a mode that runs elsewhere
+DOUBTFUL = 2.0  # the same of one that may
 LEAST_STIFFNESS = 0.01  # of the described: what is left of omega^2 at least
 PERCENT = 100.0
 
@@ -128,10 +126,8 @@ def modes_now(model: ReducedModel, modes: Sequence[int], deltas: Deltas, at: Arr
     found = []
     for k, mode in enumerate(modes):
         step = float(np.sqrt(max(1.0 + deltas.stiffness[k], LEAST_STIFFNESS)))
-        ratio, change_sigma = (
-            float(at[k]) * step,
-            float(at[k]) * float(deltas.stiffness_sigma[k]) / (2.0 * step),
-        )
+        ratio, sigma = float(at[k]) * step, float(deltas.stiffness_sigma[k])
+        change_sigma = float(at[k]) * sigma / (2.0 * step)
         f, zeta = float(model.omega[mode]) / RAD_PER_HZ, float(model.zeta[mode])
         found.append(ModeNow(
             f"mode_{mode + 1}", f, f * ratio, f * change_sigma,
