@@ -1,4 +1,7 @@
-"""A node whose subscriptions, services and timers call nothing any more once they are destroyed."""
+"""A node whose subscriptions, services and timers call nothing any more once they are destroyed.
+
+Its services do not block it either.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.lifecycle import LifecycleNode
+
+from flexarm_model.ros.patient_answers import PatientAnswers
 
 
 class _UntilGone:
@@ -34,6 +39,7 @@ class TidyNode(LifecycleNode):  # type: ignore[misc]
     def __init__(self, name: str, **more: Any) -> None:
         """Be there, as every node is."""
         self._until_gone = dict[Any, _UntilGone]()  # callbacks
+        self._answers = dict[Any, PatientAnswers]()
         super().__init__(name, **more)
 
     def create_subscription(
@@ -54,16 +60,18 @@ class TidyNode(LifecycleNode):  # type: ignore[misc]
     def create_service(
         self, kind: Any, name: str, callback: Callable[..., Any], *args: Any, **more: Any
     ) -> Any:
-        """Offer a service as every node does, until it is destroyed: see ``_UntilGone``."""
+        """Offer a service that never blocks the node, until it is destroyed: see ``PatientAnswers``."""
         asked = _UntilGone(callback)
         made = super().create_service(kind, name, asked, *args, **more)
-        self._until_gone[made] = asked
+        self._until_gone[made], self._answers[made] = asked, PatientAnswers(self, made)
+        made.send_response = self._answers[made].send
         return made
 
     def destroy_service(self, service: Any) -> bool:
         """Answer nobody any more, though the executor may try to with a request that it has taken."""
         if asked := self._until_gone.pop(service, None):
             asked.end()
+            self._answers.pop(service).end()
             service.send_response = lambda response, header: None
         return bool(super().destroy_service(service))
 

@@ -1,0 +1,87 @@
+"""Answers of services that wait for who asked instead of blocking the node.
+
+A request may be here before it is known where its answer is to go: discovery takes both ways by itself. The
+middleware then blocks whoever answers, up to 100 ms for one that never hears, and with it the whole process:
+an armed arm was stopped by a call. Here such an answer is kept until its reader has been discovered, or given
+up after ``PATIENCE`` with a word in the log.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import time
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy
+
+PATIENCE, RETRY = 3.0, 0.01  # s
+_GUID_SIZE = 16  # bytes of rmw_request_id_t before its sequence number
+_VALUE_AT = (
+    ctypes.sizeof(ctypes.c_void_p) * 2
+)  # where a simple object of pybind11 has its value, behind its head
+
+
+class PatientAnswers:
+    """Sends the answers of one service."""
+
+    def __init__(self, node: Node, service: Any) -> None:
+        """Take the place of the service's own sending."""
+        self._node, self._send, self._name = node, service.send_response, service.service_name
+        self._is_volatile = service.qos_profile.durability != DurabilityPolicy.TRANSIENT_LOCAL
+        self._kept: list[tuple[float, bytes, Any, Any]] = []
+        self._timer: Any = None
+
+    def send(self, response: Any, header: Any) -> None:
+        """Send an answer now, if its reader is there, or later."""
+        reader = reader_of(header)
+        if not reader or self._is_there(reader):
+            self._send(response, header)
+            return
+        self._kept.append((time.monotonic() + PATIENCE, reader, response, header))
+        if self._timer is None:
+            steady = Clock(clock_type=ClockType.STEADY_TIME)
+            self._timer = self._node.create_timer(RETRY, self._retry, clock=steady)
+
+    def end(self) -> None:
+        """Answer nobody any more."""
+        self._kept.clear()
+
+    def _retry(self) -> None:
+        now, kept, self._kept = time.monotonic(), self._kept, []
+        for until, reader, response, header in kept:
+            if self._is_there(reader):
+                self._send(response, header)
+            elif now < until:
+                self._kept.append((until, reader, response, header))
+            else:
+                self._node.get_logger().warning(
+                    f"{self._name}: no answer sent: who asked cannot hear it (not discovered, or its quality "
+                    "of service does not fit)"
+                )
+        if not self._kept and self._timer is not None:
+            self._node.destroy_timer(self._timer)
+            self._timer = None
+
+    def _is_there(self, reader: bytes) -> bool:
+        """Return whether the reader of an answer has been discovered, and can hear it."""
+        for info in self._node.get_subscriptions_info_by_topic(f"rr{self._name}Reply", no_mangle=True):
+            if bytes(info.endpoint_gid[:_GUID_SIZE]) == reader:
+                wants_past = info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+                return not (wants_past and self._is_volatile)
+        return False
+
+
+def reader_of(header: Any) -> bytes:
+    """Return the identity of who waits for the answer to a request; empty where it cannot be read.
+
+    rclpy does not show it. It stands in front of the sequence number, which proves that it was found.
+    """
+    asked = getattr(header, "request_id", header)
+    if type(asked).__name__ != "rmw_request_id_t":
+        return b""
+    value = ctypes.c_void_p.from_address(id(asked) + _VALUE_AT).value
+    if not value or ctypes.c_int64.from_address(value + _GUID_SIZE).value != asked.sequence_number:
+        return b""
+    return ctypes.string_at(value, _GUID_SIZE)

@@ -1,0 +1,104 @@
+"""Who answers a service does not wait in the middleware for a client that cannot hear it."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+pytestmark = pytest.mark.ros
+rclpy = pytest.importorskip("rclpy")
+
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+
+from flexarm_model.ros import patient_answers  # noqa: E402
+from flexarm_model.ros.patient_answers import reader_of  # noqa: E402
+from flexarm_model.ros.tidy_node import TidyNode  # noqa: E402
+
+VOLATILE, LASTING = DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL
+
+
+class Asked:
+    """A node with one service, and clients beside it."""
+
+    def __init__(self) -> None:
+        self.node, self.others = TidyNode("asked"), rclpy.create_node("asking")
+        self.executor, self.sent, self.said = SingleThreadedExecutor(), list[Any](), list[str]()
+        self.service = self.node.create_service(Trigger, "~/ask", self._answer)
+        answers = self.node._answers[self.service]
+        sending = answers._send
+        answers._send = lambda response, header: (self.sent.append(header), sending(response, header))
+        self.node.get_logger = lambda: SimpleNamespace(warning=self.said.append)  # type: ignore[method-assign]
+        for each in (self.node, self.others):
+            self.executor.add_node(each)
+
+    def _answer(self, _: Any, response: Any) -> Any:
+        response.success = True
+        return response
+
+    def call(self, durability: DurabilityPolicy, until: Any) -> Any:
+        """Call from a client of this quality and spin until something holds, or for 10 s."""
+        profile = QoSProfile(depth=10, durability=durability)
+        client = self.others.create_client(Trigger, "/asked/ask", qos_profile=profile)
+        assert durability == LASTING or client.wait_for_service(10.0)  # it is never ready for the other
+        future, end = client.call_async(Trigger.Request()), time.monotonic() + 10.0
+        while not until(future) and time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
+        self.others.destroy_client(client)
+        return future
+
+
+@pytest.fixture
+def asked() -> Iterator[Asked]:
+    rclpy.init(domain_id=int(os.environ.get("ROS_DOMAIN_ID", "0")))
+    made = Asked()
+    yield made
+    made.executor.shutdown()
+    for node in (made.node, made.others):
+        node.destroy_node()
+    rclpy.shutdown()
+
+
+def test_who_can_hear_is_answered_and_known_by_its_request(asked: Asked) -> None:
+    future = asked.call(VOLATILE, lambda future: future.done())
+    assert future.result().success
+    assert len(reader_of(asked.sent[0])) == 16 and not asked.said
+
+
+def test_nothing_is_sent_to_who_cannot_hear_and_the_log_says_so(
+    asked: Asked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It blocked the guard for 100 ms, and with it the whole process: the armed arm was stopped."""
+    monkeypatch.setattr(patient_answers, "PATIENCE", 0.2)
+    future = asked.call(LASTING, lambda _: asked.said)
+    assert not future.done() and not asked.sent
+    assert asked.said[0].startswith("/asked/ask: no answer sent: who asked cannot hear it")
+    assert asked.call(VOLATILE, lambda future: future.done()).result().success  # others are not kept waiting
+
+
+def test_an_answer_waits_until_its_reader_is_discovered(asked: Asked) -> None:
+    answers, looks = asked.node._answers[asked.service], list[bytes]()
+    is_there = answers._is_there
+    answers._is_there = lambda reader: looks.append(reader) or (len(looks) > 3 and is_there(reader))
+    assert asked.call(VOLATILE, lambda future: future.done()).result().success
+    assert len(looks) == 4 and answers._timer is None
+
+
+def test_an_answer_that_waits_goes_with_its_service(asked: Asked) -> None:
+    answers = asked.node._answers[asked.service]
+    asked.call(LASTING, lambda _: answers._kept)
+    asked.node.destroy_service(asked.service)
+    end = time.monotonic() + 0.1
+    while time.monotonic() < end:
+        asked.executor.spin_once(timeout_sec=0.02)
+    assert not asked.sent and not answers._kept
+
+
+def test_what_is_no_request_has_no_reader() -> None:
+    assert reader_of(SimpleNamespace(sequence_number=1)) == reader_of(object()) == b""
