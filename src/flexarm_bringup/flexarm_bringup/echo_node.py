@@ -6,7 +6,7 @@
   flexarm echo modal_state --hz            rate and jitter instead, once a second
   flexarm echo                             list what is published now, with types and publishers
 
-Topics are relative to /flexarm unless they begin with a slash.
+Topics are relative to /flexarm unless they begin with a slash. A field that is text is printed as it is.
 """
 
 from __future__ import annotations
@@ -14,18 +14,17 @@ from __future__ import annotations
 import argparse
 import importlib
 import math
-import re
 import sys
 import time
 from typing import Any
 
 import numpy as np
-import yaml
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from flexarm_bringup.arguments import number
 from flexarm_bringup.exit_codes import UNUSABLE
+from flexarm_bringup.message_fields import pick, written
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.processes.surroundings import check_domain
 from flexarm_bringup.topics import NAMESPACE
@@ -38,7 +37,6 @@ DISCOVERY = 3.0  # s; how long a topic may take to be seen
 SILENCE = 3.0  # s after which it is said that nothing has come
 DEPTH = 50
 WINDOW = 1.0  # s; over which a rate is told
-_INDEX = re.compile(r"\[(\d{1,9})\]")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -130,8 +128,7 @@ class _Echo:
         except AttributeError as error:
             self._failure = str(error)
             return
-        text = yaml.safe_dump(value, sort_keys=False, default_flow_style=None, width=110)
-        self._print(text.removesuffix("...\n") + ("---\n" if not self._args.field else ""))
+        self._print(written(value) + ("---\n" if not self._args.field else ""))
 
     def _measure(self) -> None:
         self._times.append(time.monotonic())
@@ -149,61 +146,6 @@ class _Echo:
             print(text, end="", flush=True)
         except BrokenPipeError as error:
             self._cut_off = error
-
-
-def pick(msg: Any, field: str) -> Any:
-    """Return a field of a message in plain numbers, strings, lists and dicts; all of it for "".
-
-    Args:
-        msg: The message.
-        field: Names with dots between, an element of a list by its index: "sensors[0].name".
-
-    Raises:
-        AttributeError: There is no such field or element; the message lists those there are.
-    """
-    value, trodden = msg, ""
-    for step in filter(None, field.replace("[", ".[").split(".")):
-        value = _element(value, step, trodden) if step[0] == "[" else _field(value, step, trodden)
-        trodden = f"{trodden}{'' if step[0] == '[' else '.'}{step}".lstrip(".")
-    return plain(value)
-
-
-def _field(value: Any, name: str, trodden: str) -> Any:
-    names = _fields(value)
-    if name not in names:
-        allowed = ", ".join(names) or f"none, it is a {'list' if _is_list(value) else 'value'}"
-        raise AttributeError(f"{trodden or type(value).__name__} has no field '{name}'; it has {allowed}")
-    return getattr(value, name)
-
-
-def _element(value: Any, step: str, trodden: str) -> Any:
-    index, name = _INDEX.fullmatch(step), trodden or type(value).__name__
-    if not _is_list(value):
-        raise AttributeError(f"{name} has no element {step}; it is no list")
-    if index is None or int(index[1]) >= len(value):
-        allowed = f"0 to {len(value) - 1}" if len(value) else "none, it is empty"
-        raise AttributeError(f"{name} has no element {step}; it has {allowed}")
-    return value[int(index[1])]
-
-
-def _is_list(value: Any) -> bool:
-    return hasattr(value, "__len__") and not isinstance(value, str | bytes)
-
-
-def plain(value: Any) -> Any:
-    """Return a value of a message as what YAML can write."""
-    names = _fields(value)
-    if names:
-        return {name: plain(getattr(value, name)) for name in names}
-    if isinstance(value, str | bytes | bool):
-        return value if not isinstance(value, bytes) else list(value)
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    return [plain(item) for item in value] if hasattr(value, "__iter__") else value
-
-
-def _fields(value: Any) -> list[str]:
-    return list(value.get_fields_and_field_types()) if hasattr(value, "get_fields_and_field_types") else []
 
 
 def _list(node: Node, wait: float) -> int:

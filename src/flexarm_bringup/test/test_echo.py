@@ -6,14 +6,21 @@ import re
 import signal
 import subprocess
 import sys
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import yaml
 from flexarm_interfaces.msg import ControllerStatus, ModalState, SensorHealth
+from std_msgs.msg import String
 
 from flexarm_bringup.cli import CUT_OFF, INTERRUPTED, main
-from flexarm_bringup.echo_node import pick
+from flexarm_bringup.display.segment_graph import SegmentGraph
+from flexarm_bringup.display.urdf import urdf
+from flexarm_bringup.message_fields import pick, written
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 PUBLISHER = """
 import rclpy, sys, time
@@ -79,6 +86,20 @@ def test_an_element_of_a_list_is_picked():
 def test_a_field_that_is_not_there_is_refused_with_those_that_are(field, message):
     with pytest.raises(AttributeError, match=re.escape(message)):
         pick(ControllerStatus(limits_active=["torque:a", "torque:b"]), field)
+
+
+def test_a_description_that_is_picked_is_the_urdf_itself() -> None:
+    """It was a string of YAML, in quotes and with escapes, that nothing reads as XML."""
+    tree = ReducedTree(load_config(find_manipulator("single_link"), "geared"), use_compiler=False)
+    text = urdf(tree.config, SegmentGraph(tree, stations=2))
+    printed = written(pick(String(data=text), "data"))
+    assert printed.rstrip("\n") == text.rstrip("\n")
+    assert ElementTree.fromstring(printed).tag == "robot"
+
+
+def test_numbers_are_written_as_yaml_without_its_end_mark() -> None:
+    msg = ModalState(eta=np.array([1.5, 2.0]))
+    assert written(pick(msg, "eta")) == "[1.5, 2.0]\n" and written(pick(msg, "eta[1]")) == "2.0\n"
 
 
 def test_a_domain_that_is_none_is_refused(

@@ -20,8 +20,6 @@ import argparse
 import sys
 from typing import Any
 
-import yaml
-
 from flexarm_bringup.calling.caller_node import (
     DONE,
     NOT_DONE,
@@ -34,7 +32,7 @@ from flexarm_bringup.calling.caller_node import (
     service_class,
 )
 from flexarm_bringup.calling.request import fill
-from flexarm_bringup.echo_node import pick
+from flexarm_bringup.message_fields import pick, written
 from flexarm_model.settings.yaml_file import parse_yaml
 
 SUCCESS = ("success", "accepted")  # fields that say whether it was done
@@ -61,8 +59,7 @@ def _call(caller: Caller, args: argparse.Namespace) -> int:
     request = kind.Request()
     fill(request, values)
     answer = caller.ask(service, kind, request, args.wait)
-    text = yaml.safe_dump(pick(answer, ""), sort_keys=False, default_flow_style=None, width=110)
-    print(text, end="")
+    print(written(pick(answer, "")), end="")
     return DONE if was_done(answer) else NOT_DONE
 
 
