@@ -12,6 +12,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from flexarm_bringup.display.ellipsoid import Ellipsoid
 from flexarm_bringup.model_view.mechanism_lines import Line
 
 Array = NDArray[np.float64]
@@ -19,6 +20,7 @@ Array = NDArray[np.float64]
 FRAME = "base"
 LINK_WIDTH, JOINT_SIZE, TIP_SIZE = 0.012, 0.025, 0.02  # of the arm's size
 PLAN_WIDTH = 0.005  # of the arm's size
+DOUBTED = "tip, 3 sigma"
 NO_PLAN = np.zeros((0, 3))
 LEAST = 1e-4  # m; smallest axis of the tip's ellipsoid that is drawn
 ELASTIC, RIGID, JOINT, TIP, DOUBT, PLAN = (
@@ -36,7 +38,7 @@ def markers_msg(  # noqa: PLR0913, everything that is drawn
     elastic: frozenset[str],
     joints: Array,
     tip: Array,
-    three_sigma: Array,
+    doubt: Ellipsoid | None,
     plan: Array = NO_PLAN,
 ) -> MarkerArray:
     """Return the arm as markers in the frame "base".
@@ -46,7 +48,7 @@ def markers_msg(  # noqa: PLR0913, everything that is drawn
         elastic: Names of those that bend.
         joints: Where it has joints [m], (n, 3).
         tip: Where its tip is [m], (3,).
-        three_sigma: Of the tip's position, zero where it is not known [m], (3,).
+        doubt: Three sigma of the tip's position; None where it is not known.
         plan: Where the tip will go by the controller's plan [m], (k, 3); empty without one.
     """
     points = np.concatenate([line.points for line in lines])
@@ -61,10 +63,21 @@ def markers_msg(  # noqa: PLR0913, everything that is drawn
     spheres = _marker("joints", 0, Marker.SPHERE_LIST, JOINT)
     spheres.scale.x = spheres.scale.y = spheres.scale.z = JOINT_SIZE * size
     spheres.points = _points(joints)
-    at_tip = [_sphere("tip", tip, np.full(3, TIP_SIZE * size), TIP)]
-    if three_sigma.any():
-        at_tip.append(_sphere("tip, 3 sigma", tip, np.maximum(2.0 * three_sigma, LEAST), DOUBT))
-    return MarkerArray(markers=[*found, spheres, *at_tip, _path(plan, PLAN_WIDTH * size)])
+    at_tip = _sphere("tip", tip, np.full(3, TIP_SIZE * size), TIP)
+    around = _around(tip, doubt)
+    return MarkerArray(markers=[*found, spheres, at_tip, around, _path(plan, PLAN_WIDTH * size)])
+
+
+def _around(tip: Array, doubt: Ellipsoid | None) -> Marker:
+    """Return the doubt around the tip, or what takes it away where it is not known."""
+    if doubt is None:
+        marker = _sphere(DOUBTED, tip, np.full(3, LEAST), DOUBT)
+        marker.action = Marker.DELETE
+        return marker
+    marker = _sphere(DOUBTED, tip, np.maximum(2.0 * doubt.half_axes, LEAST), DOUBT)
+    turn = marker.pose.orientation
+    turn.x, turn.y, turn.z, turn.w = doubt.turn
+    return marker
 
 
 def _path(points: Array, width: float) -> Marker:

@@ -35,6 +35,7 @@ from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from flexarm_bringup.display.conversions import NO_PLAN, markers_msg, segments_msg
+from flexarm_bringup.display.ellipsoid import Ellipsoid, three_sigma
 from flexarm_bringup.display.segment_graph import SegmentGraph
 from flexarm_bringup.display.shape import coordinates
 from flexarm_bringup.display.urdf import urdf
@@ -104,7 +105,7 @@ class MarkersNode(Node):  # type: ignore[misc]
         q = coordinates(model, np.array(state.theta), np.array(state.eta), self.settings.magnification)
         lines, joints, tip = self._lines.lines(q), self._lines.joints(q), self._lines.tip(q)[:3, 3]
         plan = self._plan(model, stamp_to_ns(state.header.stamp))
-        self._markers.publish(markers_msg(lines, self._elastic, joints, tip, self._three_sigma(), plan))
+        self._markers.publish(markers_msg(lines, self._elastic, joints, tip, self._doubt(), plan))
         self._segments.publish(segments_msg(self._graph.values(q), state.header.stamp))
 
     def _is_foreign(self, model: ReducedModel) -> bool:
@@ -127,12 +128,9 @@ class MarkersNode(Node):  # type: ignore[misc]
         poses = [np.array(point.positions) for point in plan.points[:: max(len(plan.points) // CORNERS, 1)]]
         return np.array([self._lines.tip(coordinates(model, theta, at_rest, 1.0))[:3, 3] for theta in poses])
 
-    def _three_sigma(self) -> Array:
+    def _doubt(self) -> Ellipsoid | None:
         tip = self._read("end_effector", Odometry)
-        if tip is None:
-            return np.zeros(3)
-        covariance = np.array(tip.pose.covariance).reshape(6, 6)
-        return np.asarray(3.0 * np.sqrt(np.maximum(covariance.diagonal()[:3], 0.0)))
+        return None if tip is None else three_sigma(np.array(tip.pose.covariance).reshape(6, 6)[:3, :3])
 
     def _read(self, topic: str, kind: Any) -> Any:
         """Return the newest message of a topic; None without one, or where its bytes are no such."""
