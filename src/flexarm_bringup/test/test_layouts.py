@@ -15,6 +15,7 @@ import yaml
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
 pytestmark = pytest.mark.ros
 
+from flexarm_bringup.display.ellipsoid import SIGMAS  # noqa: E402
 from flexarm_bringup.message_class import message_class  # noqa: E402
 from flexarm_bringup.topics import STREAMS, find_stream  # noqa: E402
 from flexarm_model.reading.config import load_config  # noqa: E402
@@ -108,6 +109,14 @@ def test_rviz_shows_topics_of_the_type_that_its_display_takes() -> None:
                 shown[display["Class"].split("/")[1]] = stream.type
                 assert (topic["Durability Policy"] == "Transient Local") == stream.is_latched
     assert shown == {**OF_RVIZ, "RobotModel": "std_msgs/msg/String"}
+
+
+def test_rviz_draws_three_standard_deviations_of_the_tip_as_the_markers_do() -> None:
+    """Nine were asked for: its scale counts standard deviations, not variances."""
+    config = yaml.safe_load((FOLDER / "rviz/flexarm.rviz").read_text(encoding="utf8"))
+    displays = config["Visualization Manager"]["Displays"]
+    (doubt,) = (display["Covariance"] for display in displays if "Covariance" in display)
+    assert [doubt[part]["Scale"] for part in ("Position", "Orientation")] == [SIGMAS, SIGMAS]
 
 
 @pytest.mark.parametrize(
