@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import time
 from collections.abc import Iterator
@@ -41,6 +42,39 @@ def viewer(ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> 
     rclpy.init()
     try:
         yield rclpy.create_node("viewer", namespace="flexarm")
+    finally:
+        rclpy.try_shutdown()
+
+
+class Drawing:
+    """A node that is shown states of the single link, and what it draws of them."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        tree = ReducedTree(load_config(find_manipulator("single_link"), "geared"), use_compiler=False)
+        self.node, self.model = MarkersNode(), linearize(tree)
+        self.markers: list[Any] = []
+        self.segments: list[Any] = []
+        monkeypatch.setattr(self.node._markers, "publish", self.markers.append)
+        monkeypatch.setattr(self.node._segments, "publish", self.segments.append)
+        self.node._models.add(serialize_message(model_to_msg(self.model)))
+
+    def show(self, **changes: Any) -> None:
+        """Let it hear a state."""
+        state = ModalState(**({"model_id": self.model.model_id, "theta": [THETA], "eta": ETA} | changes))
+        state.header.stamp.nanosec = len(self.markers)
+        self.node._newest["modal_state"] = serialize_message(state)
+        self.node.on_timer()
+
+
+@pytest.fixture
+def drawing(ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Drawing]:
+    for key, value in ros_environment.items():
+        monkeypatch.setenv(key, value)
+    rclpy.init()
+    try:
+        found = Drawing(monkeypatch)
+        yield found
+        found.node.destroy_node()
     finally:
         rclpy.try_shutdown()
 
@@ -105,6 +139,36 @@ def test_the_tip_is_shown_where_the_model_has_it(viewer: Any, tmp_path: Path) ->
     assert moved["base.rz"] == pytest.approx(THETA)
     assert sum(value for name, value in moved.items() if name.endswith(".rz")) > THETA  # it bends on
     assert heard["robot_description"].data.startswith("<robot")
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "told"),
+    [
+        ({"status": ModalState.LOST, "reason": "all sensors silent for 0.3 s"}, "the estimate is lost"),
+        ({"theta": [math.nan]}, "the estimate is no number, or beyond 1e+06"),
+        ({"eta": [math.inf, 0.0, 0.0]}, "the estimate is no number, or beyond 1e+06"),
+        ({"eta": [1e308, 0.0, 0.0]}, "the estimate is no number, or beyond 1e+06"),
+        ({"model_id": "never heard"}, "the model that the estimate quotes was not heard"),
+    ],
+)
+def test_an_estimate_that_is_not_to_be_trusted_takes_the_picture_away(
+    spoilt: dict[str, Any], told: str, drawing: Drawing, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """It was drawn as if all were well, with numbers that were none, or by the model of another pose."""
+    for changes in ({}, spoilt, spoilt, {}):
+        drawing.show(**changes)
+    kinds = [{marker.action for marker in markers.markers} for markers in drawing.markers]
+    assert [Marker.DELETEALL in kind for kind in kinds] == [False, True, True, False]
+    assert len(drawing.segments) == 2
+    assert capfd.readouterr().err.count(f"nothing is drawn: {told}") == 1
+
+
+def test_a_plan_with_numbers_that_are_none_is_not_drawn(drawing: Drawing) -> None:
+    points = [JointTrajectoryPoint(positions=[THETA]), JointTrajectoryPoint(positions=[math.nan])]
+    drawing.node._newest["predicted"] = serialize_message(JointTrajectory(points=points))
+    drawing.show()
+    path = planned(drawing.markers[0])
+    assert path.action == Marker.DELETE and not path.points
 
 
 def test_the_state_of_another_arm_is_not_drawn_and_told_once(

@@ -62,6 +62,13 @@ def test_a_rig_of_which_nothing_is_known_is_silent_and_no_error() -> None:
     assert shown.count("silent") == 3 and "nothing heard yet" in shown
 
 
+def test_a_tip_that_is_no_number_is_a_dash_as_other_numbers_are() -> None:
+    """It was "+nan"."""
+    shown = text(replace(FULL, tip=TipRow((UNKNOWN, 0.5, 0.0), (UNKNOWN, 2e-4, 0.0))))
+    assert "nan" not in shown
+    assert "      – +0.5000 +0.0000 m   3 sigma    – 0.20 0.00 mm" in shown
+
+
 def test_topics_that_never_spoke_are_left_out() -> None:
     assert "strain" in text(FULL) and "reference" not in text(FULL)
 

@@ -47,12 +47,13 @@ def reduced(n_eta: int = 2) -> Any:
     omega = 2 * np.pi * np.array([5.0, 36.0])
     return SimpleNamespace(
         n_theta=1, n_eta=n_eta, theta_names=("base.rz",), eta_names=("mode_1", "mode_2"), omega=omega,
-        zeta=np.array([0.01, 0.02]), outputs=outputs,
+        zeta=np.array([0.01, 0.02]), outputs=outputs, model_id="served",
     )  # fmt: skip
 
 
 def state() -> ModalState:
     msg = ModalState(joint_names=["base.rz"], theta=[0.3], names=["mode_1", "mode_2"], eta=[1e-3, -2e-3])
+    msg.model_id = "served"
     msg.eta_dot, msg.theta_dot, msg.disturbance = [0.0, 0.0], [0.0], [0.0]
     msg.covariance = np.diag(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) ** 2).ravel().tolist()
     return msg
@@ -126,6 +127,14 @@ def test_amplitudes_are_what_a_mode_moves_the_tip_by() -> None:
     assert (first.at_tip, first.sigma) == (pytest.approx(2e-3), pytest.approx(2.0 * 2.0))
     assert (second.at_tip, second.sigma) == (pytest.approx(-1e-2), pytest.approx(5.0 * 3.0))
     assert math.isnan(modes_of(reduced(), None, {})[0].at_tip)
+
+
+def test_amplitudes_of_a_model_that_was_not_heard_are_not_read_by_another() -> None:
+    """They were shown as what the newest model's modes move the tip by."""
+    told = state()
+    told.model_id = "never heard"
+    (first, _) = modes_of(reduced(), told, {})
+    assert math.isnan(first.at_tip) and math.isnan(first.sigma)
 
 
 def test_torques_stand_beside_the_limits_of_the_description() -> None:

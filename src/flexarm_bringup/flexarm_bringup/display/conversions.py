@@ -80,6 +80,11 @@ def _around(tip: Array, doubt: Ellipsoid | None) -> Marker:
     return marker
 
 
+def nothing_msg() -> MarkerArray:
+    """Return what takes all markers of the arm away."""
+    return MarkerArray(markers=[Marker(action=Marker.DELETEALL)])
+
+
 def _path(points: Array, width: float) -> Marker:
     """Return a line, or what takes it away where there are no points."""
     marker = _marker("tip, planned", 0, Marker.LINE_STRIP, PLAN)

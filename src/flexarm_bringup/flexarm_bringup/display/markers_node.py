@@ -12,11 +12,13 @@ Subscribes
         controller's plan), all best effort.
 
 Coordinates of the tree are those of the served model (``shape``); elastic modes too small to be seen are
-shown ``magnification`` times as large. Everything goes out ``rate`` times a second, whatever comes in.
+shown ``magnification`` times as large. Everything goes out ``rate`` times a second, whatever comes in. What
+cannot be trusted is not drawn (``doubted``): all markers are taken away until it can.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,7 +36,8 @@ from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
-from flexarm_bringup.display.conversions import NO_PLAN, markers_msg, segments_msg
+from flexarm_bringup.display.conversions import NO_PLAN, markers_msg, nothing_msg, segments_msg
+from flexarm_bringup.display.doubted import not_drawn
 from flexarm_bringup.display.ellipsoid import Ellipsoid, three_sigma
 from flexarm_bringup.display.segment_graph import SegmentGraph
 from flexarm_bringup.display.shape import coordinates
@@ -52,7 +55,6 @@ from flexarm_model.ros.node import (
     run_node,
 )
 from flexarm_model.served.reduced_model import ReducedModel
-from flexarm_model.served.same_arm import foreign_model
 from flexarm_model.settings.arm_settings import ArmSettings
 from flexarm_model.settings.parameters import parameter
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -97,7 +99,7 @@ class MarkersNode(Node):  # type: ignore[misc]
         raw = self._newest.get("modal_state", b"")
         state = self._read("modal_state", ModalState) if raw and raw != self._shown else None
         model = self._models.find(state.model_id) if state is not None else None
-        if model is None or state is None or self._is_foreign(model):
+        if model is None or state is None or self._is_doubted(state, model):
             return
         if (len(state.theta), len(state.eta)) != (model.n_theta, model.n_eta):
             return
@@ -108,12 +110,14 @@ class MarkersNode(Node):  # type: ignore[misc]
         self._markers.publish(markers_msg(lines, self._elastic, joints, tip, self._doubt(), plan))
         self._segments.publish(segments_msg(self._graph.values(q), state.header.stamp))
 
-    def _is_foreign(self, model: ReducedModel) -> bool:
-        """Tell, once for every model, when it is of another arm than is drawn here."""
-        fault = foreign_model(model, self._config, "the markers node")
+    def _is_doubted(self, state: ModalState, model: ReducedModel) -> bool:
+        """Take everything away when the state cannot be drawn, and tell why when that changes."""
+        fault = not_drawn(state, model, self._config)
         if fault and fault != self._told:
             self.get_logger().error(f"nothing is drawn: {fault}")
         self._told = fault
+        if fault:
+            self._markers.publish(nothing_msg())
         return bool(fault)
 
     def _plan(self, model: ReducedModel, now_ns: int) -> Array:
@@ -122,10 +126,11 @@ class MarkersNode(Node):  # type: ignore[misc]
         age_ns = now_ns - stamp_to_ns(plan.header.stamp)
         if not plan.points or abs(age_ns) > RECENT_NS:
             return NO_PLAN
-        if any(len(point.positions) != model.n_theta for point in plan.points):
+        corners = plan.points[:: max(len(plan.points) // CORNERS, 1)]
+        if not all(_are_axes(point.positions, model.n_theta) for point in corners):
             return NO_PLAN
         at_rest = np.zeros(model.n_eta)
-        poses = [np.array(point.positions) for point in plan.points[:: max(len(plan.points) // CORNERS, 1)]]
+        poses = [np.array(point.positions) for point in corners]
         return np.array([self._lines.tip(coordinates(model, theta, at_rest, 1.0))[:3, 3] for theta in poses])
 
     def _doubt(self) -> Ellipsoid | None:
@@ -159,6 +164,10 @@ class MarkersNode(Node):  # type: ignore[misc]
             self._newest[topic] = raw
 
         return keep
+
+
+def _are_axes(positions: Sequence[float], n: int) -> bool:
+    return len(positions) == n and bool(np.isfinite(positions).all())
 
 
 def main() -> int:

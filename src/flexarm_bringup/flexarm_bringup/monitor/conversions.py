@@ -80,12 +80,12 @@ def modes_of(model: ReducedModel, state: Any | None, largest: Mapping[str, float
 
     Args:
         model: Served.
-        state: ModalState; None where nobody has told one.
+        state: ModalState; None where nobody has told one. Amplitudes of another model say nothing.
         largest: Amplitudes seen so far [m], by mode.
     """
     rows = [i for i, name in enumerate(model.outputs.names) if name in _TIP]
     reach = np.linalg.norm(model.outputs.C_pos[rows][:, model.n_theta :], axis=0)  # (n_eta,)
-    fits = state is not None and len(state.eta) == model.n_eta
+    fits = state is not None and state.model_id == model.model_id and len(state.eta) == model.n_eta
     eta = np.array(state.eta if fits and state is not None else [UNKNOWN] * model.n_eta)
     sigma = _sigma(state, model.n_theta, model.n_eta) if fits else np.full(model.n_eta, UNKNOWN)
     names = enumerate(model.eta_names)

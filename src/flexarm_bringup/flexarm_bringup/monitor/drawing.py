@@ -107,8 +107,8 @@ def _tip(picture: Picture) -> list[Line]:
     tip = picture.tip
     if tip is None:
         return []
-    position = " ".join(f"{value:+.4f}" for value in tip.position)
-    sigma = " ".join(f"{MM * value:.2f}" for value in tip.three_sigma)
+    position = " ".join(number(value, "+.4f") for value in tip.position)
+    sigma = " ".join(number(MM * value, ".2f") for value in tip.three_sigma)
     line = [Span("tip         "), Span(f"{position} m", BOLD), Span(f"   3 sigma {sigma} mm")]
     if math.isfinite(tip.error):
         inside = tip.error <= math.hypot(*tip.three_sigma)
