@@ -143,6 +143,33 @@ def test_a_frame_is_never_longer_than_the_terminal(monkeypatch: pytest.MonkeyPat
     assert out.getvalue().count("\r\n") == 4
 
 
+@pytest.mark.parametrize(
+    ("lines", "last"), [(4, "3"), (5, "... 2 more lines"), (40, "... 37 more lines")], ids=str
+)
+def test_a_frame_that_is_cut_says_how_many_lines_are_missing(
+    lines: int, last: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was below was cut without a hint."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("LINES", "5")
+    out = Terminal()
+    with Screen(out) as screen:
+        screen.show([str(k) for k in range(lines)])
+    shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", out.getvalue()).split("\r\n")
+    assert shown[:3] == ["0", "1", "2"] and shown[3] == last
+
+
+def test_troubles_stand_in_a_terminal_of_24_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They stood below a dozen topics, where nobody saw them."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("LINES", "24")
+    topics = tuple(TopicRow(f"topic {k}", 200.0, 1e-4, 6e-3, 0.002) for k in range(13))
+    out = Terminal()
+    with Screen(out) as screen:
+        screen.show(paint(draw(replace(FULL, topics=topics)), 110, has_colour=False))
+    assert "STALE estimator: camera: silent" in out.getvalue() and "more lines" in out.getvalue()
+
+
 def test_without_a_terminal_frames_are_plain_text() -> None:
     out = io.StringIO()
     with Screen(out) as screen:

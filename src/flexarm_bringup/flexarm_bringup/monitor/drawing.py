@@ -41,7 +41,7 @@ Line = list[Span]
 
 def draw(picture: Picture) -> list[Line]:
     """Return the frame; parts that nobody speaks of yet say so or are left out."""
-    blocks = (_head, _states, _tip, _modes, _axes, _sensors, _topics, _troubles)
+    blocks = (_head, _states, _tip, _modes, _axes, _sensors, _troubles, _topics)
     lines: list[Line] = []
     for block in blocks:
         lines += block(picture)

@@ -39,11 +39,11 @@ class Screen:
         return size.columns, size.lines
 
     def show(self, lines: Sequence[str]) -> None:
-        """Draw a frame over the one before; what does not fit below is left out."""
+        """Draw a frame over the one before; its last line says how many lines do not fit."""
         if not self.is_terminal:
             print("\n".join([*lines, ""]), file=self._out, flush=True)
             return
-        shown = lines[: max(self.size[1] - 1, 1)]
+        shown = _cut(lines, max(self.size[1] - 1, 1))
         text = "".join(f"{line}{CLEAR_LINE}\r\n" for line in shown)
         self._out.write(f"{HOME}{text}{CLEAR_BELOW}")
         self._out.flush()
@@ -65,6 +65,14 @@ class Screen:
             self._out.flush()
         for number, handler in self._handlers.items():
             signal.signal(number, handler)  # type: ignore[arg-type]
+
+
+def _cut(lines: Sequence[str], room: int) -> list[str]:
+    """Return at most ``room`` lines; the last of a longer text says how many more there are."""
+    if len(lines) <= room:
+        return list(lines)
+    kept = list(lines[: room - 1])
+    return [*kept, f"... {len(lines) - len(kept)} more lines"]
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
