@@ -52,15 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print until the first message (``--once``) or Ctrl-C; exit code 2 without such a topic or domain."""
-    if args.topic is None and (args.once or args.field or args.hz):
-        print("flexarm echo: --once, --field and --hz need a topic", file=sys.stderr)
-        return UNUSABLE
-    if args.once and args.hz:
-        print(
-            f"flexarm echo: --hz takes {WINDOW:g} s of messages, --once ends after the first", file=sys.stderr
-        )
-        return UNUSABLE
     try:
+        _check_options(args)
         check_domain()
     except ConfigError as error:
         print(f"flexarm echo: {error}", file=sys.stderr)
@@ -73,6 +66,15 @@ def run(args: argparse.Namespace) -> int:
             with ends_within(LEAVING, code):
                 node.destroy_node()
     return code
+
+
+def _check_options(args: argparse.Namespace) -> None:
+    if args.topic is None and (args.once or args.field or args.hz):
+        raise ConfigError("--once, --field and --hz need a topic")
+    if args.once and args.hz:
+        raise ConfigError(f"--hz takes {WINDOW:g} s of messages, --once ends after the first")
+    if args.field and args.hz:
+        raise ConfigError("--hz counts whole messages, --field prints a part of each: one of them")
 
 
 class _Echo:

@@ -169,3 +169,10 @@ def test_a_rate_is_not_of_one_message(capsys: pytest.CaptureFixture[str]) -> Non
 
     assert cli.main(["echo", "strain", "--hz", "--once"]) == 2
     assert "--hz takes 1 s of messages" in capsys.readouterr().err
+
+
+def test_a_rate_is_not_of_a_field(capsys: pytest.CaptureFixture[str]) -> None:
+    """The field was ignored, also one that no message has."""
+    assert main(["echo", "strain", "--hz", "--field", "no.such"]) == 2
+    error = capsys.readouterr().err
+    assert error == ("flexarm echo: --hz counts whole messages, --field prints a part of each: one of them\n")
