@@ -100,5 +100,11 @@ def test_an_answer_that_waits_goes_with_its_service(asked: Asked) -> None:
     assert not asked.sent and not answers._kept
 
 
+def test_every_service_of_a_node_is_patient_those_of_its_lifecycle_too(asked: Asked) -> None:
+    names = {service.service_name.rsplit("/", 1)[1] for service in asked.node.services}
+    assert {"ask", "get_state", "change_state", "get_parameters"} <= names
+    assert all(service.send_response == asked.node._answers[service].send for service in asked.node.services)
+
+
 def test_what_is_no_request_has_no_reader() -> None:
     assert reader_of(SimpleNamespace(sequence_number=1)) == reader_of(object()) == b""

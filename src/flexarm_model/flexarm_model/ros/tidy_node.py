@@ -41,6 +41,9 @@ class TidyNode(LifecycleNode):  # type: ignore[misc]
         self._until_gone = dict[Any, _UntilGone]()  # callbacks
         self._answers = dict[Any, PatientAnswers]()
         super().__init__(name, **more)
+        for service in self.services:  # those of its lifecycle, which nobody has created by the method below
+            if service not in self._answers:
+                self._answer_patiently(service)
 
     def create_subscription(
         self, kind: Any, topic: str, callback: Callable[[Any], None], *args: Any, **more: Any
@@ -63,9 +66,13 @@ class TidyNode(LifecycleNode):  # type: ignore[misc]
         """Offer a service that never blocks the node, until it is destroyed: see ``PatientAnswers``."""
         asked = _UntilGone(callback)
         made = super().create_service(kind, name, asked, *args, **more)
-        self._until_gone[made], self._answers[made] = asked, PatientAnswers(self, made)
-        made.send_response = self._answers[made].send
+        self._until_gone[made] = asked
+        self._answer_patiently(made)
         return made
+
+    def _answer_patiently(self, service: Any) -> None:
+        self._answers[service] = answers = PatientAnswers(self, service)
+        service.send_response = answers.send
 
     def destroy_service(self, service: Any) -> bool:
         """Answer nobody any more, though the executor may try to with a request that it has taken."""
