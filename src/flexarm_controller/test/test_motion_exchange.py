@@ -266,7 +266,14 @@ def test_a_motion_of_which_the_model_node_says_nothing_ends_at_rest(config, mode
     assert told(said, "reference")[0].header.frame_id == OWN_FRAME
     assert exchange.controller.reference.position(9.0)[0] < 0.6  # rad
     exchange.on_modal_state(state(model, 400))
-    assert not told(goals.update(), "reference")  # the way to rest awaits nobody
+    last = goals.update()
+    assert not told(last, "reference")  # the way to rest awaits nobody
+    if is_goal:  # nobody had canceled it
+        (ended,) = told(last, "motion_status")
+        assert (ended.state, ended.reason) == (
+            MotionStatus.ABORTED,
+            SILENCE.removeprefix("reference refused: "),
+        )
 
 
 @pytest.mark.parametrize("is_told", [True, False])

@@ -127,7 +127,7 @@ class MotionExchange:
         if isinstance(arm, str):
             return []
         if self._exchange.is_armed and (silence := self._exchange.guard.fault) and self._server.is_pursuing:
-            self._server.cancel(0, arm, arm.state)  # it may hear without being heard
+            self._server.cancel(0, arm, arm.state, silence)  # it may hear without being heard
             return [*self._sent(arm), *self.end(silence)]
         return [*self._give_up(), *self._told(arm)]
 
@@ -144,7 +144,7 @@ class MotionExchange:
         self._models.forget()
         words = [f"no models for it: {reason}"]
         if self._exchange.is_armed:
-            words += filter(None, [self._server.cancel(0, arm, arm.state).reason])  # why it goes on, say
+            words += filter(None, [self._server.cancel(0, arm, arm.state, words[0]).reason])
         else:
             arm.forget()
         said = self._exchange.refuse_reference("; ".join(words))

@@ -17,7 +17,7 @@ from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.planner import MotionPlanner
 from flexarm_controller.motion.point_to_point import state_at
-from flexarm_controller.motion.progress import Progress, Pursuit
+from flexarm_controller.motion.progress import ON_REQUEST, Progress, Pursuit
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
@@ -135,19 +135,20 @@ class MotionServer:
         self._told.append(Progress(t, 0, "rejected", reason=why))
         return Answer(False, why)
 
-    def cancel(self, goal_id: int, arm: Follower, state: ArmState) -> Answer:
+    def cancel(self, goal_id: int, arm: Follower, state: ArmState, why: str = ON_REQUEST) -> Answer:
         """Bring the reference to rest, or say why not.
 
         Args:
             goal_id: Which goal; 0: whatever moves.
             arm: Follows the reference.
             state: The newest one.
+            why: What is said of a goal that ends by this.
         """
         active, now = self._pursuit, state.t + self._period
         known = active.goal_id if active else 0
         if goal_id not in (0, known) or (goal_id and not active):
             return Answer(False, f"goal {goal_id} is not pursued" + (f", goal {known} is" if known else ""))
-        if active and active.is_canceling:
+        if active and active.stop:
             return Answer(False, "it is stopping already")
         if arm.reference is None or (not active and arm.reference.t[-1] <= now):
             return Answer(False, "nothing moves")
@@ -157,7 +158,7 @@ class MotionServer:
         except MotionError as error:
             return Answer(False, str(error))
         point = active.point if active else None
-        self._pursuit = Pursuit(known, arm.reference, now, float(halt.t[-1]), point, is_canceling=True)
+        self._pursuit = Pursuit(known, arm.reference, now, float(halt.t[-1]), point, why)
         return Answer(True, "", known, float(halt.t[-1]) - now)
 
     def update(self, arm: Follower, state: ArmState) -> list[Progress]:

@@ -14,6 +14,7 @@ from flexarm_controller.reference import Reference
 Array = NDArray[np.float64]
 Stage = Literal["accepted", "executing", "succeeded", "canceled", "rejected", "aborted"]
 ROUNDING = 1e-9  # s
+ON_REQUEST = "on request"  # why a goal is stopped that somebody has canceled
 FINAL = ("succeeded", "canceled", "rejected", "aborted")
 
 
@@ -52,7 +53,7 @@ class Pursuit:
         goal_id: Which goal; 0: the stop of a reference that was no goal.
         reference: What is followed for it.
         point: Where the tip comes to rest [m], (3,); None for a stop that knows no goal.
-        is_canceling: Whether it is a stop.
+        stop: Why it is a stop; empty for a goal.
     """
 
     def __init__(  # noqa: PLR0913, the parts of one record
@@ -62,10 +63,10 @@ class Pursuit:
         start: float,
         end: float,
         point: Array | None,
-        is_canceling: bool = False,
+        stop: str = "",
     ) -> None:
         """Begin; ``start`` and ``end`` of the motion in s."""
-        self.goal_id, self.reference, self.point, self.is_canceling = goal_id, reference, point, is_canceling
+        self.goal_id, self.reference, self.point, self.stop = goal_id, reference, point, stop
         self._start, self._end = start, end
         self._told = -np.inf
         self._inside = np.inf  # since when the tip is near the goal
@@ -78,11 +79,11 @@ class Pursuit:
         """Return what there is to tell at ``t`` [s] with the tip that far from the goal [m], or nothing."""
         is_settled = distance <= config.settle_distance
         self._inside = min(self._inside, t) if is_settled and t >= self._end else np.inf
-        if self.is_canceling and t >= self._end:
-            return self.end(t, "canceled", "on request", distance)
-        if not self.is_canceling and t - self._inside >= config.settle_time:
+        if self.stop and t >= self._end:
+            return self.end(t, "canceled" if self.stop == ON_REQUEST else "aborted", self.stop, distance)
+        if not self.stop and t - self._inside >= config.settle_time:
             return Progress(t, self.goal_id, "succeeded", 1.0, distance, True)
-        if not self.is_canceling and t - self._end > config.settle_patience:
+        if not self.stop and t - self._end > config.settle_patience:
             is_known = np.isfinite(distance)
             why = f"the tip stays {1e3 * distance:.3g} mm from the goal" if is_known else "no usable state"
             return self.end(t, "aborted", why, distance)
