@@ -59,7 +59,7 @@ class DriftNode(ManagedNode):
             )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=steady)
-        self.tell_ready({"a model": lambda: self.exchange.watch is not None})
+        self.tell_ready({"a model that it can watch": lambda: self.exchange.watch is not None})
 
     def on_model(self, msg: ReducedModel) -> None:
         """Take a model, or say why not."""

@@ -164,3 +164,21 @@ def test_after_the_clock_was_set_back_torques_are_those_of_the_new_time(model, r
         play(exchange, record)
         assert len(seen) > 500
         assert all(tau == record.tau[k, 0] for k, tau in seen[2:] if k < 590)
+
+
+def test_what_an_arm_does_under_torques_that_nobody_tells_says_nothing_of_its_modes(
+    model: ReducedModel, record: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The guard was silent and the drives braked by themselves: the last torque was taken for what acted."""
+    exchange = DriftExchange(CONFIG, QUIET)
+    exchange.on_model(model_to_msg(model, 0))
+    assert exchange.watch is not None
+    seen: dict[int, bool] = {}
+    monkeypatch.setattr(exchange.watch, "step", lambda k, samples, tau: seen.__setitem__(k, bool(samples)))
+    for k in range(len(record.t)):
+        for topic, msg in messages(record, k):
+            if topic != "applied_effort" or not 200 <= k < 320:
+                exchange.on_sensor(topic, msg)
+    unknown = [k for k, is_used in seen.items() if not is_used]
+    assert min(unknown) == 200 + round(0.05 / DT) and max(unknown) == 320
+    assert len(unknown) == max(unknown) - min(unknown) + 1

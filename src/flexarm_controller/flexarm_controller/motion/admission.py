@@ -67,7 +67,7 @@ def check_begin(after: float, late: float) -> None:
     if after < -late:
         raise MotionError(
             f"it begins {-after:.3g} s before the newest state, {late:g} s are allowed: "
-            "stamp it with the time at which it is to begin"
+            "stamp it with the time at which it is to begin (a stamp of zero does not mean now)"
         )
     if after > LONGEST:
         raise MotionError(f"it begins {after:.3g} s after the newest state, {LONGEST} s are allowed")

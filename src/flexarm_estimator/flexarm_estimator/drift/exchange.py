@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 TORQUE_TOPIC = "applied_effort"
 _PATIENCE = 0.5  # s
 _MOST_WAITING = 1000  # torques
+_HELD = 0.05  # s that a torque may be held; of an arm whose guard is silent nobody knows it: drives brake
 
 
 class DriftExchange:
@@ -48,7 +49,7 @@ class DriftExchange:
         self._reader, self._tree = SensorReader(config), ReducedTree(config)
         self._instants = Instants(round(_PATIENCE * config.rate_hz))
         self._torques: deque[tuple[int, Array]] = deque(maxlen=_MOST_WAITING)
-        self._tau = np.zeros(len(config.actuated))
+        self._tau, self._tau_ns = np.zeros(len(config.actuated)), -1
         self._pending: PendingModels[ReducedModel] = PendingModels()
         self.watch: DriftWatch | None = None
         self.fault = "no model yet"
@@ -108,5 +109,6 @@ class DriftExchange:
                 self.fault = f"model refused: {error}"
         middle_ns = round((period - 0.5) * self._period_ns)
         while self._torques and self._torques[0][0] <= middle_ns:
-            self._tau = self._torques.popleft()[1]
-        self.watch.step(period, samples, self._tau)
+            self._tau_ns, self._tau = self._torques.popleft()
+        is_known = self._tau_ns < 0 or middle_ns - self._tau_ns <= _HELD * NS_PER_S
+        self.watch.step(period, samples if is_known else {}, self._tau)
