@@ -11,7 +11,10 @@ holds, which waits for that core, then hangs its node for ever.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+
+_THREADS = "/proc/self/task"
 
 
 def raise_priority(priority: int) -> str:
@@ -49,7 +52,7 @@ def stay_on(cores: Sequence[int]) -> str:
 
 def _of_all_threads(change: Callable[[int], None]) -> bool:
     """Change every thread; return whether that was permitted. One that has ended meanwhile needs nothing."""
-    for thread in os.listdir("/proc/self/task"):
+    for thread in os.listdir(_THREADS):
         try:
             change(int(thread))
         except ProcessLookupError:
@@ -57,3 +60,24 @@ def _of_all_threads(change: Callable[[int], None]) -> bool:
         except OSError:
             return False
     return True
+
+
+@contextmanager
+def ordinary_priority() -> Iterator[None]:
+    """Let the calling thread run as any other meanwhile: what takes long must not hold up who is urgent.
+
+    Threads that it begins meanwhile get its own priority in the end.
+    """
+    policy, priority = os.sched_getscheduler(0), os.sched_getparam(0)
+    if policy == os.SCHED_OTHER:
+        yield
+        return
+    before = set(os.listdir(_THREADS))
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, policy, priority)
+        for thread in set(os.listdir(_THREADS)) - before:
+            with suppress(ProcessLookupError):  # it has ended meanwhile
+                os.sched_setscheduler(int(thread), policy, priority)
