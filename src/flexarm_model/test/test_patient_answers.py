@@ -17,8 +17,8 @@ from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from flexarm_model.ros import patient_answers  # noqa: E402
-from flexarm_model.ros.patient_answers import reader_of  # noqa: E402
+from flexarm_model.ros import patient_answers_node  # noqa: E402
+from flexarm_model.ros.patient_answers_node import reader_of  # noqa: E402
 from flexarm_model.ros.tidy_node import TidyNode  # noqa: E402
 
 VOLATILE, LASTING = DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL
@@ -75,7 +75,7 @@ def test_nothing_is_sent_to_who_cannot_hear_and_the_log_says_so(
     asked: Asked, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It blocked the guard for 100 ms, and with it the whole process: the armed arm was stopped."""
-    monkeypatch.setattr(patient_answers, "PATIENCE", 0.2)
+    monkeypatch.setattr(patient_answers_node, "PATIENCE", 0.2)
     future = asked.call(LASTING, lambda _: asked.said)
     assert not future.done() and not asked.sent
     assert asked.said[0].startswith("/asked/ask: no answer sent: who asked cannot hear it")

@@ -22,13 +22,14 @@ from flexarm_bringup.provenance import git_hash
 from flexarm_bringup.regress.case import Case
 from flexarm_bringup.replaying.replay_bag import OUTPUTS, configuration, replay
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_model.conversions import model_from_msg, model_to_msg, stamp_to_ns
+from flexarm_model.conversions import model_to_msg, stamp_to_ns
 from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
 from flexarm_model.served.parameters_of_model import parameters_of
 from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.settings.units import RAD_PER_HZ
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 MODEL = f"{NAMESPACE}/model"
@@ -108,7 +109,7 @@ def models(bag: Bag) -> Iterator[Record]:
     for record in bag.records:
         if record.name == MODEL:
             msg = deserialise(record.cdr, record.type)
-            values = parameters_of(tree, model_from_msg(msg), values)
+            values = parameters_of(tree, np.array(msg.pose), RAD_PER_HZ * np.array(msg.f_hz), values)
             model = linearize(tree.under(values), np.array(msg.pose))
             again = model_to_msg(model, stamp_to_ns(msg.header.stamp), msg.header.frame_id)
             yield replace(record, cdr=serialise(again, record.type))

@@ -10,7 +10,7 @@ from typing import Any
 
 from rclpy.lifecycle import LifecycleNode
 
-from flexarm_model.ros.patient_answers import PatientAnswers
+from flexarm_model.ros.patient_answers_node import PatientAnswers
 
 
 class _UntilGone:
