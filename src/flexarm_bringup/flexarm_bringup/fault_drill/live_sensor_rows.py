@@ -72,7 +72,10 @@ def _played(
 
 def _ended(rig: LiveRig, bound: float) -> list[Finding]:
     """Judge a motion that sensors have ended, the encoders among them: from their last sample on."""
-    hit, told = stamp(rig.came["joint_states"][-1][1]), rig.came["modal_state"]
+    hit = max(
+        stamp(msg) for _, msg in rig.came["joint_states"] if msg.name
+    )  # without its axes when they are silent
+    told = rig.came["modal_state"]
     lost = next(
         (_since(hit, msg) for _, msg in told if stamp(msg) > hit and msg.status == msg.LOST), math.inf
     )
