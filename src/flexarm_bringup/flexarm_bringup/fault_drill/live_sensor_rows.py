@@ -71,10 +71,11 @@ def _played(
 
 
 def _ended(rig: LiveRig, bound: float) -> list[Finding]:
-    """Judge a motion that sensors have ended, the encoders among them: from their last sample on."""
-    hit = max(
-        stamp(msg) for _, msg in rig.came["joint_states"] if msg.name
-    )  # without its axes when they are silent
+    """Judge a motion that sensors have ended, the encoders among them: from their last sample on.
+
+    While they are silent joint_states come without axes.
+    """
+    hit = max(stamp(msg) for _, msg in rig.came["joint_states"] if msg.name)
     told = rig.came["modal_state"]
     lost = next(
         (_since(hit, msg) for _, msg in told if stamp(msg) > hit and msg.status == msg.LOST), math.inf
