@@ -129,7 +129,8 @@ def test_of_five_minutes_the_estimator_must_be_told() -> None:
     for law, least in (("pd", 0.5), ("mpc", 0.05)):
         untold = moved("serial_6r", 5.0, law, False)
         assert untold.unusable > least
-        assert untold.stopped == "no command for 50 ms"
+        said = "no command for 50 ms; the estimator says: tracker cannot be reconciled with the others"
+        assert untold.stopped == said
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
