@@ -18,6 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 from flexarm_model.ros import patient_answers_node  # noqa: E402
+from flexarm_model.ros.managed_node import LifeSettings, ManagedNode  # noqa: E402
 from flexarm_model.ros.patient_answers_node import reader_of  # noqa: E402
 from flexarm_model.ros.tidy_node import TidyNode  # noqa: E402
 
@@ -87,7 +88,7 @@ def test_an_answer_waits_until_its_reader_is_discovered(asked: Asked) -> None:
     is_there = answers._is_there
     answers._is_there = lambda reader: looks.append(reader) or (len(looks) > 3 and is_there(reader))
     assert asked.call(VOLATILE, lambda future: future.done()).result().success
-    assert len(looks) == 4 and answers._timer is None
+    assert len(looks) == 4 and not answers._kept and asked.node._retrying.is_canceled()
 
 
 def test_an_answer_that_waits_goes_with_its_service(asked: Asked) -> None:
@@ -98,6 +99,30 @@ def test_an_answer_that_waits_goes_with_its_service(asked: Asked) -> None:
     while time.monotonic() < end:
         asked.executor.spin_once(timeout_sec=0.02)
     assert not asked.sent and not answers._kept
+
+
+def test_an_answer_of_the_lifecycle_waits_on_when_what_belongs_to_activity_goes() -> None:
+    """Its timer was destroyed with the node's activity: such a service never answered late again."""
+    rclpy.init(domain_id=int(os.environ.get("ROS_DOMAIN_ID", "0")))
+    node = ManagedNode("waiting")
+    node.start(LifeSettings())
+    answers = next(a for s, a in node._answers.items() if s.service_name.endswith("get_state"))
+    sent: list[Any] = []
+    answers._send, answers._is_there = lambda *args: sent.append(args), lambda reader: not node.is_active
+    answers._kept.append((time.monotonic() + 10.0, b"reader", "response", "header"))
+    answers._wake()
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    executor.spin_once(timeout_sec=0.05)
+    assert node.is_active and not sent
+    node.trigger_deactivate()
+    end = time.monotonic() + 10.0
+    while not sent and time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.05)
+    assert sent == [("response", "header")]
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.shutdown()
 
 
 def test_every_service_of_a_node_is_patient_those_of_its_lifecycle_too(asked: Asked) -> None:

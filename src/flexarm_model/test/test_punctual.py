@@ -38,6 +38,15 @@ def test_all_threads_stay_on_the_cores_asked_for_and_those_that_are_not_there_ar
     assert kept == "True"
 
 
+def said_by_urgent(code: str) -> str:
+    """Return what a process prints that raises its priority; skips where the user may not."""
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    if "not permitted" in done.stdout:
+        pytest.skip("this user may not raise priorities")
+    return done.stdout
+
+
 def test_every_thread_gets_the_priority_where_the_user_may():
     code = (
         "import os, threading, time\n"
@@ -45,12 +54,7 @@ def test_every_thread_gets_the_priority_where_the_user_may():
         "threading.Thread(target=time.sleep, args=(0.5,)).start()\n"
         "print(raise_priority(1) or [os.sched_getscheduler(int(t)) for t in os.listdir('/proc/self/task')])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
-    )
-    if "not permitted" in done.stdout:
-        pytest.skip("this user may not raise priorities")
-    policies = [int(number) for number in done.stdout.strip("[]\n").split(",")]
+    policies = [int(number) for number in said_by_urgent(code).strip("[]\n").split(",")]
     assert len(policies) >= 2 and set(policies) == {os.SCHED_RR}
 
 
@@ -94,12 +98,7 @@ def test_what_takes_long_runs_as_any_other_and_its_threads_are_urgent_in_the_end
         "print({os.sched_getscheduler(int(t)) for t in os.listdir('/proc/self/task')} == {os.SCHED_RR})\n"
         "raise_priority(1)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
-    )
-    if "not permitted" in done.stdout:
-        pytest.skip("this user may not raise priorities")
-    assert done.stdout.split() == ["True", "True"]
+    assert said_by_urgent(code).split() == ["True", "True"]
 
 
 def test_an_ordinary_process_stays_as_it_is():

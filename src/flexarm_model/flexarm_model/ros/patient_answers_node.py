@@ -10,28 +10,32 @@ from __future__ import annotations
 
 import ctypes
 import time
+from collections.abc import Callable
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy
 
 PATIENCE, RETRY = 3.0, 0.01  # s
 _GUID_SIZE = 16  # bytes of rmw_request_id_t before its sequence number
-_VALUE_AT = (
-    ctypes.sizeof(ctypes.c_void_p) * 2
-)  # where a simple object of pybind11 has its value, behind its head
+_VALUE_AT = 2 * ctypes.sizeof(ctypes.c_void_p)  # of a simple object of pybind11, behind its head
 
 
 class PatientAnswers:
     """Sends the answers of one service."""
 
-    def __init__(self, node: Node, service: Any) -> None:
-        """Take the place of the service's own sending."""
+    def __init__(self, node: Node, service: Any, wake: Callable[[], None]) -> None:
+        """Take the place of the service's own sending.
+
+        Args:
+            node: Offers the service.
+            service: Of it.
+            wake: Called when an answer has to wait; ``retry`` is to be called every ``RETRY`` then.
+        """
+        self._wake = wake
         self._node, self._send, self._name = node, service.send_response, service.service_name
         self._is_volatile = service.qos_profile.durability != DurabilityPolicy.TRANSIENT_LOCAL
         self._kept: list[tuple[float, bytes, Any, Any]] = []
-        self._timer: Any = None
 
     def send(self, response: Any, header: Any) -> None:
         """Send an answer now, if its reader is there, or later."""
@@ -40,15 +44,14 @@ class PatientAnswers:
             self._send(response, header)
             return
         self._kept.append((time.monotonic() + PATIENCE, reader, response, header))
-        if self._timer is None:
-            steady = Clock(clock_type=ClockType.STEADY_TIME)
-            self._timer = self._node.create_timer(RETRY, self._retry, clock=steady)
+        self._wake()
 
     def end(self) -> None:
         """Answer nobody any more."""
         self._kept.clear()
 
-    def _retry(self) -> None:
+    def retry(self) -> bool:
+        """Send what can be sent by now; returns whether there are answers that have to wait."""
         now, kept, self._kept = time.monotonic(), self._kept, []
         for until, reader, response, header in kept:
             if self._is_there(reader):
@@ -60,9 +63,7 @@ class PatientAnswers:
                     f"{self._name}: no answer sent: who asked cannot hear it (not discovered, or its quality "
                     "of service does not fit)"
                 )
-        if not self._kept and self._timer is not None:
-            self._node.destroy_timer(self._timer)
-            self._timer = None
+        return bool(self._kept)
 
     def _is_there(self, reader: bytes) -> bool:
         """Return whether the reader of an answer has been discovered, and can hear it."""

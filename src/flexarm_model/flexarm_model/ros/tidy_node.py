@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode
 
-from flexarm_model.ros.patient_answers_node import PatientAnswers
+from flexarm_model.ros.patient_answers_node import RETRY, PatientAnswers
 
 
 class _UntilGone:
@@ -40,7 +41,11 @@ class TidyNode(LifecycleNode):  # type: ignore[misc]
         """Be there, as every node is."""
         self._until_gone = dict[Any, _UntilGone]()  # callbacks
         self._answers = dict[Any, PatientAnswers]()
+        self._retrying: Any = None
         super().__init__(name, **more)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._retrying = self.create_timer(RETRY, self._retry, clock=steady)  # made here it outlives activity
+        self._retrying.cancel()
         for service in self.services:  # those of its lifecycle, which nobody has created by the method below
             if service not in self._answers:
                 self._answer_patiently(service)
@@ -71,8 +76,13 @@ class TidyNode(LifecycleNode):  # type: ignore[misc]
         return made
 
     def _answer_patiently(self, service: Any) -> None:
-        self._answers[service] = answers = PatientAnswers(self, service)
+        self._answers[service] = answers = PatientAnswers(self, service, lambda: self._retrying.reset())
         service.send_response = answers.send
+
+    def _retry(self) -> None:
+        """Send the answers that have waited for their readers."""
+        if not any([answers.retry() for answers in list(self._answers.values())]):
+            self._retrying.cancel()
 
     def destroy_service(self, service: Any) -> bool:
         """Answer nobody any more, though the executor may try to with a request that it has taken."""
