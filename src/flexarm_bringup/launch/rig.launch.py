@@ -10,11 +10,12 @@ security is asked for, the nodes and who stops the motion run in enclaves of the
 import atexit
 import os
 import time
+from difflib import get_close_matches
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, SetEnvironmentVariable
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 
@@ -60,6 +61,7 @@ def generate_launch_description():
 
 def nodes(context):
     """Return a node for every process of the graph."""
+    said = [LogInfo(msg=text) for text in strangers(context.launch_configurations)]
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     chosen = {name: is_true(name, given.pop(name)) for name in CHOICES}
     given["lockstep"] = chosen["lockstep"]
@@ -73,7 +75,22 @@ def nodes(context):
     check_graph_security(graph)
     atexit.register(refuse_doubles(graph).close)  # held until launch itself ends
     stop = StopperNode().stop
-    return [node(process, may_return, stop) for process in graph]
+    return [*said, *(node(process, may_return, stop) for process in graph)]
+
+
+def strangers(given):
+    """Return what is to be said of arguments that are none of ours; raises ValueError for a slip of the pen.
+
+    A launch file that includes this one may have its own, so a name like none of ours is only told.
+    """
+    there_are = f"the rig has {', '.join(ARGUMENTS)}"
+    said = []
+    for name in sorted(set(given) - set(ARGUMENTS)):
+        meant = get_close_matches(name, ARGUMENTS, n=1)
+        if meant:
+            raise ValueError(f"{name}:={given[name]}: no such argument; expected {meant[0]}? {there_are}")
+        said.append(f"{name}:={given[name]}: no argument of the rig, and does nothing here; {there_are}")
+    return said
 
 
 def is_true(name, text):

@@ -102,15 +102,15 @@ class Recorded(SimpleNamespace):
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(arguments=arguments, **named)
 
-    def perform(self, context: dict[str, str]) -> str:
-        return context[self.arguments[0]]
+    def perform(self, context: SimpleNamespace) -> str:
+        return str(context.launch_configurations[self.arguments[0]])
 
 
 def fake_launch(monkeypatch: pytest.MonkeyPatch) -> None:
     """``launch`` is not on PyPI: what the file asks of it is recorded instead."""
     names = {
         "launch": ["LaunchDescription"],
-        "launch.actions": ["DeclareLaunchArgument", "OpaqueFunction", "SetEnvironmentVariable"],
+        "launch.actions": ["DeclareLaunchArgument", "LogInfo", "OpaqueFunction", "SetEnvironmentVariable"],
         "launch.substitutions": ["EnvironmentVariable", "LaunchConfiguration"],
         "launch_ros": [],
         "launch_ros.actions": ["Node"],
@@ -143,7 +143,7 @@ def launched(monkeypatch: pytest.MonkeyPatch, **given: str) -> list[Any]:
         "manipulator": "single_link", "preset": "", "lockstep": "false", "bag": "", "composed": "false",
         "markers": "false", "drift": "false", "respawn": "true",
     }  # fmt: skip
-    return list(actions[-1].function({**declared, **given}))
+    return list(actions[-1].function(SimpleNamespace(launch_configurations={**declared, **given})))
 
 
 def ended(node: Any, code: int, is_shutdown: bool = False) -> None:
@@ -218,6 +218,17 @@ def test_the_launch_file_takes_every_word_for_yes_and_no_and_refuses_others(
     assert not any(node.respawn for node in nodes)
     with pytest.raises(ValueError, match="composed:=si: expected true or false"):
         launched(monkeypatch, composed="si")
+
+
+def test_the_launch_file_refuses_a_misspelt_argument_and_names_one_that_is_none_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """``ros2 launch`` takes any: ``prest:=light_hub`` ran another arm than was meant, without a word."""
+    with pytest.raises(ValueError, match="prest:=light_hub: no such argument; expected preset?"):
+        launched(monkeypatch, prest="light_hub")
+    said, *nodes = launched(monkeypatch, camera_driver="uvc")  # perhaps of a launch file that includes this
+    assert said.msg.startswith("camera_driver:=uvc: no argument of the rig") and "drift" in said.msg
+    assert [node.name for node in nodes] == [node.name for node in launched(monkeypatch)]
 
 
 def test_the_launch_file_watches_for_drift_when_asked_with_the_settings_of_the_arm(
