@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from flexarm_bringup.consistency.command import MACHINES, PERIODS, RUNS, jobs
-from flexarm_bringup.consistency.drawn_truth import DrawnTruth
+from flexarm_bringup.consistency.drawn_truth import DrawnTruth, root_of
 from flexarm_bringup.consistency.monte_carlo import (
     STATE,
     Bench,
@@ -152,6 +153,30 @@ def test_filter_is_consistent_on_a_truth_drawn_from_its_model() -> None:
 def test_filter_of_every_machine_is_consistent_on_a_truth_drawn_from_its_model(name: str) -> None:
     (result,) = run_drawing(Drawing(task_for(name), RUNS, PERIODS))
     assert result.outside == []
+
+
+def test_a_truth_begins_as_the_filter_believes_what_hangs_together_too() -> None:
+    """Of sprung gears of which sag was drawn apart from position a sound filter had a NEES of 1.12."""
+    bench = Bench(task_for("single_link"))
+    P0 = bench.parts.process.P0
+    pair = np.ix_([0, 1], [0, 1])
+    bench.parts.process.P0 = correlated = P0.copy()
+    correlated[0, 1] = correlated[1, 0] = 0.9 * np.sqrt(P0[0, 0] * P0[1, 1])
+    bench.truth = SimpleNamespace(draw=lambda t, tau, start, first, rng: start)  # type: ignore[assignment]
+    rng = np.random.default_rng(5)
+    starts = np.array([bench.draw(1, rng)[2] for _ in range(400)])
+    drawn = np.cov(starts.T)
+    assert drawn[pair] == pytest.approx(correlated[pair], rel=0.2)
+    assert drawn.diagonal() == pytest.approx(P0.diagonal(), rel=0.3)
+
+
+def test_a_root_is_one_of_singular_covariances_too_and_plain_without_correlation() -> None:
+    A = np.random.default_rng(1).standard_normal((5, 3)) * [[1e-6], [1.0], [1e3], [0.0], [1.0]]
+    root = root_of(A @ A.T)
+    scale = np.outer(*(2 * [np.linalg.norm(A, axis=1)]))
+    assert abs(root @ root.T - A @ A.T).max() <= 1e-12 * scale.max()
+    variances = np.array([4.0, 0.0, 1e-12])
+    assert (root_of(np.diag(variances)) == np.diag(np.sqrt(variances))).all()
 
 
 def test_filter_that_believes_too_little_noise_is_found_out(bench: Bench) -> None:

@@ -82,17 +82,9 @@ class DrawnTruth:
         return Drawn(np.array(states), tuple(samples))
 
     def _root(self, transition: Transition) -> Array:
-        """Return a root of the covariance of [w; v], which may be singular.
-
-        The symmetric one: the signs of eigenvectors differ from processor to processor, and with them draws.
-        """
+        """Return a root of the covariance of [w; v]."""
         M = self._stack.cross(transition)
-        joint = np.block([[transition.Q, M], [M.T, self._stack.R_total]])
-        scale = np.sqrt(joint.diagonal())
-        scale[scale == 0.0] = 1.0
-        values, vectors = np.linalg.eigh(joint / np.outer(scale, scale))
-        root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
-        return np.asarray(scale[:, None] * root)
+        return root_of(np.block([[transition.Q, M], [M.T, self._stack.R_total]]))
 
     def _rows(self, x: Array, u: Array, v: Array, t: float) -> list[Measurement]:
         local = self._stack.at(x, u)
@@ -110,3 +102,15 @@ class DrawnTruth:
             y = seen_pose(self._parts.tip.pose(x), camera.channels, noise)
             frames.append(Measurement(name, t, y))
         return frames
+
+
+def root_of(covariance: Array) -> Array:
+    """Return a root of a covariance (n, n), which may be singular.
+
+    The symmetric one: the signs of eigenvectors differ from processor to processor, and with them draws.
+    """
+    scale = np.sqrt(covariance.diagonal())
+    scale[scale == 0.0] = 1.0
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+    return np.asarray(scale[:, None] * root)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from flexarm_bringup.consistency.drawn_truth import Drawn, DrawnTruth
+from flexarm_bringup.consistency.drawn_truth import Drawn, DrawnTruth, root_of
 from flexarm_bringup.consistency.nees import Band, Square, band, mean_of
 from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimator import Estimator
@@ -115,7 +115,7 @@ class Bench:
         tau = self.torques(t)
         start = self.start
         if rng is not None:
-            start = start + np.sqrt(self.parts.process.P0.diagonal()) * rng.standard_normal(start.size)
+            start = start + root_of(self.parts.process.P0) @ rng.standard_normal(start.size)
         return t, tau, self.truth.draw(t, tau, start, START_BEFORE, rng)
 
 
