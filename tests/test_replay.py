@@ -81,6 +81,34 @@ def test_a_divergence_is_named_by_stamp_topic_and_field(
     assert (first["stamp_ns"], first["topic"], first["field"]) == (700_000_000, COMMANDS, "effort[0]")
 
 
+def another_run(bag: Bag, folder: Path, until_ns: int, more: float = 0.0) -> Path:
+    """Write a bag as the same motion would give it of another session, ended elsewhere; one torque is off."""
+    records = []
+    for record in bag.records:
+        msg: Any = deserialise(record.cdr, record.type)
+        if getattr(msg, "session_token", 0):
+            msg.session_token += 5
+        if more and record.name == COMMANDS and record.log_time_ns == 700_000_000:
+            msg.effort[0] += more
+        if record.log_time_ns <= until_ns:
+            records.append(replace(record, cdr=serialise(msg, record.type)))
+    return rewrite(bag, folder, records)
+
+
+def test_two_runs_are_compared_without_the_tokens_of_their_sessions_to_the_end_of_both(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All 899 commands of two equal runs were told by their tokens, and a torque behind one was not."""
+    other = another_run(check_bag(GOLDEN), tmp_path / "other", 960_000_000)
+    for bag, golden in ((GOLDEN, other), (other, GOLDEN)):
+        assert cli.main(["replay", str(bag), "--against", str(golden)]) == 0
+        said = " ".join(capsys.readouterr().out.split())
+        assert "Two runs are compared, until" in said and "0.035 s before the other" in said
+    off = another_run(check_bag(GOLDEN), tmp_path / "off", 960_000_000, more=0.01)
+    assert cli.main(["replay", str(GOLDEN), "--against", str(off)]) == 1
+    assert "effort[0]" in capsys.readouterr().out
+
+
 def test_another_law_diverges_from_the_golden_bag(tmp_path: Path) -> None:
     bag = check_bag(GOLDEN)
     settings = json.dumps({"controller": {"law": "lqr"}})

@@ -24,6 +24,10 @@ def check_ticks(bag: Bag) -> int:
     logged = Counter((record.name, record.log_time_ns) for record in bag.records)
     ticks = [(record.log_time_ns, decode(record)) for record in bag.records if record.name == TICK]
     for (_, before), (_, tick) in pairwise(ticks):
+        if tick.sequence <= before.sequence:
+            raise BagError(
+                f"{bag.path}: tick {tick.sequence} follows tick {before.sequence}: two runs in one bag"
+            )
         if tick.sequence != before.sequence + 1:
             raise BagError(f"{bag.path}: tick {tick.sequence} follows tick {before.sequence}: messages lost")
     for log_time_ns, tick in ticks[:-1]:

@@ -53,6 +53,13 @@ def test_a_lost_tick_is_named(tmp_path: Path) -> None:
         check_ticks(lossy)
 
 
+def test_ticks_that_begin_again_are_two_runs(tmp_path: Path) -> None:
+    """They were called lost messages."""
+    bag = lockstep_bag(tmp_path / "bag")
+    with pytest.raises(BagError, match="tick 10 follows tick 13: two runs in one bag"):
+        check_ticks(replace(bag, records=bag.records * 2))
+
+
 def test_a_recording_may_end_before_the_last_tick_was_answered(tmp_path: Path) -> None:
     cut = without(lockstep_bag(tmp_path / "bag"), "/flexarm/joint_states", 3 * PERIOD_NS)
     assert check_ticks(cut) == 4

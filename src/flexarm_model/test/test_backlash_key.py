@@ -47,6 +47,7 @@ def test_a_spring_may_have_play(axis: str, spring: str, play: str, si: float, tm
     [
         ("ry", {**SPRING, "backlash": "-1 arcmin"}, r"'-1 arcmin': must be at least 0"),
         ("ry", {**SPRING, "backlash": "nan rad"}, "must be finite"),
+        ("ry", {**SPRING, "backlash": "60 deg"}, r"'60 deg': must be below 0.5"),  # arcmin were meant
         ("ry", {**SPRING, "backlash": "inf rad"}, "must be finite"),
         ("ry", {**SPRING, "backlash": 0.001}, "has no unit.*rad, mrad, urad, deg, arcmin"),
         ("ry", {**SPRING, "backlash": "1 mm"}, "unit 'mm' is not one of angle"),

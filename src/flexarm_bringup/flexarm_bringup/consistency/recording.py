@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.bags.bag_reader import Bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.named_arm import NamedArm, open_bag
+from flexarm_bringup.consistency.instants import check_instants
 from flexarm_bringup.replaying.player import Outgoing, Player
 from flexarm_bringup.replaying.replay_bag import NEEDED, NO_ESTIMATE, configuration
 from flexarm_bringup.tick_check import check_ticks
@@ -83,6 +84,7 @@ def open_recording(path: Path, arm: NamedArm | None = None) -> Recording:
     bag = open_bag(path, NEEDED, arm)
     config, settings = configuration(bag)
     estimator = apply_overrides(EstimatorConfig, settings.get("estimator", {}))
+    check_instants(bag, estimator.history)
     return Recording(bag, config, estimator, check_ticks(bag) > 0)
 
 

@@ -5,7 +5,7 @@ integers and lengths must be equal. Messages are paired by topic, stamp and orde
 is missing or too many is named and does not shift the rest; the time of their arrival does not matter.
 A recording may end in the middle of an instant: from its last stamp on, numbers of messages are free. Nodes
 do not end all at once: a topic that ends within ``CLOSING_NS`` of the recording may go on in the other bag.
-Between two replays of one bag nothing is free: both end with it.
+Between two replays of one bag nothing is free: both end with it. Of two runs both may end anywhere.
 """
 
 from __future__ import annotations
@@ -111,6 +111,7 @@ def compare_bags(
     tolerances: Sequence[Tolerance] = TOLERANCES,
     *,
     free_end: bool = True,
+    are_runs: bool = False,
 ) -> Comparison:
     """Compare the messages of two bags on some topics.
 
@@ -120,12 +121,15 @@ def compare_bags(
         topics: Absolute topics to compare.
         tolerances: First fitting pattern holds; fields that none fits must be equal.
         free_end: Whether the golden bag is a recording, of which the last instant may be half.
+        are_runs: Whether both bags are of runs of their own: what one has after the other's end is free.
     """
     ours, theirs = grouped(expected, topics), grouped(found, topics)
     rank = {topic: i for i, topic in enumerate(topics)}
     divergences = []
     compared = dict.fromkeys(topics, 0)
     ends = _ends(ours, topics) if free_end else dict.fromkeys(topics, math.inf)
+    if are_runs:
+        ends = {topic: min(ends[topic], end) for topic, end in _ends(theirs, topics).items()}
     fits = {topic: Fit(topic, tolerances) for topic in topics}
     for key in sorted({*ours, *theirs}, key=lambda key: (key[1], rank[key[0]])):
         topic, stamp_ns = key

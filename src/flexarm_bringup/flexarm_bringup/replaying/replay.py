@@ -2,7 +2,7 @@
 
   flexarm replay BAG                      is the bag whole, and what do the libraries make of it?
   flexarm replay BAG --output DIR         write their messages to a new bag; twice gives equal files
-  flexarm replay BAG --against GOLDEN     compare every field with another bag (or with BAG itself)
+  flexarm replay BAG --against GOLDEN     compare every field with BAG itself, a replay of it, or another run
   flexarm replay BAG --remap /joint_states:=joint_states --remap /imu:=imu/tip_accelerometer
                                           a bag of another robot: what can the estimator not use of it?
 
@@ -31,8 +31,9 @@ from flexarm_bringup.bags.named_arm import NamedArm, add_arm_arguments, arm_name
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
-from flexarm_bringup.replaying.compare import Comparison, compare_bags
+from flexarm_bringup.replaying.compare import TOLERANCES, Comparison, compare_bags
 from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay, written_for
+from flexarm_bringup.replaying.two_runs import DRAWN, are_two_runs, how_they_end
 from flexarm_bringup.tasks.node_settings import node_settings
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.reading.config import load_config
@@ -72,8 +73,17 @@ def run(args: argparse.Namespace) -> int:
     except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag
         print(f"flexarm replay: {error}", file=sys.stderr)
         return UNUSABLE
-    comparison = compare_bags(golden, replayed, _shared(golden, replayed)) if golden else None
-    return publish(resting_on(page(bag, replayed, comparison), configuration(bag)[0]), args)
+    said = how_they_end(bag, golden) if golden and are_two_runs(bag, golden) else ""
+    comparison = _compared(golden, replayed, bool(said)) if golden else None
+    return publish(resting_on(page(bag, replayed, comparison, said), configuration(bag)[0]), args)
+
+
+def _compared(golden: Bag, replayed: Bag, are_runs: bool) -> Comparison:
+    """Compare the topics that nodes always say, and what else both bags have."""
+    more = {stream.name for stream in written_for(golden)} & {s.name for s in written_for(replayed)}
+    topics = (*OUTPUTS, *sorted(more - set(OUTPUTS)))
+    tolerances = (*DRAWN, *TOLERANCES) if are_runs else TOLERANCES
+    return compare_bags(golden, replayed, topics, tolerances, are_runs=are_runs)
 
 
 def _refuse_idle(args: argparse.Namespace) -> None:
@@ -100,10 +110,10 @@ def foreign_page(args: argparse.Namespace) -> Page:
     return resting_on(told, config)
 
 
-def page(bag: Bag, replayed: Bag, comparison: Comparison | None) -> Page:
-    """Return what there is to say about a replay."""
+def page(bag: Bag, replayed: Bag, comparison: Comparison | None, said: str = "") -> Page:
+    """Return what there is to say about a replay; ``said``: of what it is compared with."""
     code, ours = bag.custom.get("git", "unknown code"), replayed.custom["git"]
-    lead = f"{sum(bag.counts.values())} messages, recorded by {code}, replayed by {ours}."
+    lead = f"{sum(bag.counts.values())} messages, recorded by {code}, replayed by {ours}.{said}"
     if not bag.has_checksum:
         lead += " The bag has no checksum of its data: changed bytes may pass unnoticed."
     columns = [Column("topic"), Column("recorded", "d"), Column("replayed", "d")]
@@ -120,12 +130,6 @@ def page(bag: Bag, replayed: Bag, comparison: Comparison | None) -> Page:
         items.append(_divergence_table(comparison))
     data = {"divergent_messages": len(comparison.divergences), "divergences": [vars(item) for item in shown]}
     return Page(title, lead, items, checks, data=data)
-
-
-def _shared(golden: Bag, replayed: Bag) -> tuple[str, ...]:
-    """Return the topics to compare: what nodes always say, and what else both bags have."""
-    more = {stream.name for stream in written_for(golden)} & {s.name for s in written_for(replayed)}
-    return (*OUTPUTS, *sorted(more - set(OUTPUTS)))
 
 
 def _divergence_table(comparison: Comparison) -> Table:

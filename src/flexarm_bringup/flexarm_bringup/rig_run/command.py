@@ -64,7 +64,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="single_link",
         help="name or .yaml of the arm, or of its moves file: law, weights, parameters of nodes; single_link",
     )
-    parser.add_argument("--preset", help="preset of that file; its first one")
+    parser.add_argument(
+        "--preset", help="preset of the arm; the first that its moves are for, none without moves"
+    )
     parser.add_argument("--bag", type=new_folder, help="folder to record into, which is made")
     parser.add_argument("--markers", action="store_true", help="also show the arm to RViz and Foxglove")
     parser.add_argument(

@@ -14,6 +14,7 @@ from flexarm_model.settings.units import axis_dimension, si_unit
 
 OF_SPRINGS = {"damping_ratio": "of the modes", "backlash": "the play"}  # what nothing but a spring has
 OF_MOTORS = ("effort", "effort_rate")
+MOST_PLAY = 0.5  # rad or m; more is a slip of the unit
 
 
 def read_joints(top: Section, bodies: dict[str, Body], laws: ParameterLaws) -> list[Joint]:
@@ -65,7 +66,7 @@ def _read_axis(section: Section, whole: str, laws: ParameterLaws) -> Axis:
         upper=section.quantity("upper", dimension("position"), math.inf),
         guess=section.quantity("guess", dimension("position"), 0.0),
         damping_ratio=section.quantity("damping_ratio", "ratio", 0.0, at_least=0.0, below=1.0),
-        backlash=section.quantity("backlash", dimension("position"), 0.0, at_least=0.0),
+        backlash=section.quantity("backlash", dimension("position"), 0.0, at_least=0.0, below=MOST_PLAY),
     )
     _refuse_idle(section, axis)
     if axis.backlash and any(law.axis == whole for law in laws.found):
