@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         tracks = run_parallel(
             run_ablation,
             [Ablation(args.bag, name, arm_named(args)) for name in names],
-            lambda done, of: progress.say(f"estimating: {done} of {of} runs"),
+            progress.counted("estimating", "runs"),
         )
     except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag
         progress.done()

@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
         results = run_drill(
             machines,
             rows,
-            lambda done, of: progress.say(f"injecting faults: {done} of {of} groups of rows"),
+            progress.counted("injecting faults", "groups of rows"),
             args.seed,
         )
     except (ConfigError, ValueError) as error:

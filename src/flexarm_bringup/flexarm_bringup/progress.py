@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 
 PLAIN_PERIOD = 5.0  # s between lines where the line cannot be rewritten
+FORETOLD = 10.0  # s after which is told how long it may still take
 
 
 class Progress:
@@ -29,7 +31,25 @@ class Progress:
             self._last = now
         self._step = text.split(":")[0]
 
+    def counted(self, doing: str, things: str) -> Callable[[int, int], None]:
+        """Return who tells how many of how many things are done, and about how long the others take."""
+        began = time.monotonic()
+
+        def tell(done: int, of: int) -> None:
+            """Tell it."""
+            took = time.monotonic() - began
+            is_foretold = took > FORETOLD and 1 < done < of
+            left = f", about {_length(took * (of - done) / done)} left" if is_foretold else ""
+            self.say(f"{doing}: {done} of {of} {things}{left}")
+
+        return tell
+
     def done(self) -> None:
         """Leave the line."""
         if self._is_terminal:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def _length(seconds: float) -> str:
+    """Return a time as one says it."""
+    return f"{seconds:.0f} s" if seconds < 90.0 else f"{seconds / 60.0:.0f} min"

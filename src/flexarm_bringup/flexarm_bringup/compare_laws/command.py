@@ -76,9 +76,7 @@ def run(args: argparse.Namespace) -> int:
         todo = _jobs(task, home, cases, args.quick)
         fast = [point.scheme for point in points]
         sweep = [job for error in SWEEP_ERRORS for job in _split(task, task.presets[0], home, error, fast)]
-        results = run_compare_jobs(
-            [*todo, *sweep], lambda done, of: progress.say(f"simulating: {done} of {of} jobs"), args.workers
-        )
+        results = run_compare_jobs([*todo, *sweep], progress.counted("simulating", "jobs"), args.workers)
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(f"flexarm compare: {error}", file=sys.stderr)

@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         results = run_parallel(
             work,
             jobs(args.name, args.seed, args.runs),
-            lambda done, of: progress.say(f"running: {done} of {of} jobs"),
+            progress.counted("running", "jobs"),
         )
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()

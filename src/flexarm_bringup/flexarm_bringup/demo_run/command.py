@@ -92,7 +92,7 @@ def _run_comparison(args: argparse.Namespace) -> int:
     """Run the comparison of schemes on the published single link; returns the exit code."""
     args.folder.mkdir(parents=True, exist_ok=True)
     progress = Progress()
-    study = run_jobs(jobs(PRESETS), lambda done, of: progress.say(f"comparing schemes: {done} of {of} runs"))
+    study = run_jobs(jobs(PRESETS), progress.counted("comparing schemes", "runs"))
     sessions, failures = ([], []) if args.no_dds else _run_sessions(args, progress)
     progress.say("drawing")
     figures = draw(study, sessions)

@@ -47,7 +47,7 @@ def run_task_demo(args: argparse.Namespace) -> int:
         progress.say("working out the moves")
         jobs = sim_jobs(task, task.presets, [NOMINAL])
         progress.say("preparing the arms")
-        results = run_sim_jobs(jobs, lambda done, of: progress.say(f"in one process: {done} of {of} presets"))
+        results = run_sim_jobs(jobs, progress.counted("in one process", "presets"))
         runs, failures = ([], []) if args.no_dds else _run_sessions(args, task, jobs, results, progress)
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()

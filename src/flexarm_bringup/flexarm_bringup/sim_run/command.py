@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
         todo = sim_jobs(task, presets, conditions, args.seed)
         progress.say("preparing the arms")
         before = filterpy_step_us()
-        results = run_sim_jobs(todo, lambda done, of: progress.say(f"simulating: {done} of {of} conditions"))
+        results = run_sim_jobs(todo, progress.counted("simulating", "conditions"))
         slow = slowness(before, filterpy_step_us())
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
