@@ -56,6 +56,13 @@ def test_a_triangle_in_any_format_is_completed(tmp_path: Path) -> None:
     assert np.array_equal(read(tmp_path / "k.mtx"), A) and np.array_equal(read(tmp_path / "k.mat"), A)
 
 
+@pytest.mark.parametrize("heading", ["", BANNER + "3 3 9\n"], ids=["Abaqus", "Matrix Market"])
+def test_zeros_that_stand_in_the_other_triangle_do_not_make_it_whole(heading: str, tmp_path: Path) -> None:
+    """Their number was looked at: such a triangle was called not symmetric."""
+    entries = [f"{i + 1} {j + 1} {float(LOWER[i, j])!r}" for i, j in np.ndindex(3, 3)]
+    assert np.array_equal(read(tmp_path / "k.mtx", heading + "\n".join(entries)), A)
+
+
 @pytest.mark.parametrize("banner", [BANNER[1:], BANNER])
 def test_a_size_is_no_entry_however_the_banner_begins(banner: str, tmp_path: Path) -> None:
     """A banner with one % made an Abaqus file of it: 3, 3 and the number of entries were added to A."""
@@ -165,6 +172,27 @@ def test_a_set_names_rows_and_weights(tmp_path: Path) -> None:
     path.write_text("7 2.5\n1 0.5\n", encoding="utf-8")
     index, weight = read_set(path, np.array([1, 2, 7]))
     assert index.tolist() == [2, 0] and weight.tolist() == [2.5, 0.5]
+
+
+@pytest.mark.parametrize("lines", ["6, 7\n8, 9\n", "6, 7\n", "2, 1\n4, 3\n"])
+def test_two_labels_on_a_line_are_not_a_label_and_its_weight(lines: str, tmp_path: Path) -> None:
+    """Half of the nodes were left out without a word, and the others weighed by their neighbours' labels."""
+    path = tmp_path / "set.txt"
+    path.write_text(lines, encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"set\.txt: .* labels of nodes too.* one node label per line"):
+        read_set(path, np.arange(1, 10))
+
+
+@pytest.mark.parametrize(
+    "lines", ["6, 1\n", "6, 1\n7, 1\n", "6, 3\n7, 3\n", "6, 7\n7, 8\n", "6, 20\n", "6, 7.5\n"]
+)
+def test_weights_that_cannot_be_labels_are_weights(lines: str, tmp_path: Path) -> None:
+    path = tmp_path / "set.txt"
+    path.write_text(lines, encoding="utf-8")
+    index, weight = read_set(path, np.arange(1, 10))
+    rows = [line.split(", ") for line in lines.split("\n")[:-1]]
+    assert index.tolist() == [int(row[0]) - 1 for row in rows]
+    assert weight.tolist() == [float(row[1]) for row in rows]
 
 
 @pytest.mark.parametrize("heading", ["", "label, weight\n", "nodes of the flange\n"])

@@ -58,9 +58,10 @@ def read_matrix(file: MatrixFile) -> Any:
         raise ConfigError(f"{file.path}: is {rows} x {columns}, too large for this computer") from None
     if matrix.dtype.kind not in "fiu" or not np.isfinite(matrix.data).all():
         raise ConfigError(f"{file.path}: expected real, finite entries")
-    matrix = _complete(matrix.astype(float))
+    matrix = matrix.astype(float)
     matrix.sum_duplicates()
-    return matrix
+    matrix.eliminate_zeros()  # stored ones would make a triangle look whole
+    return _complete(matrix)
 
 
 def tells_size(file: MatrixFile) -> bool:

@@ -40,7 +40,8 @@ def read_set(path: Path, labels: Indices) -> tuple[Indices, Array]:
         labels: Of all nodes, (k,).
 
     Raises:
-        ConfigError: A line is wrong, or a label is unknown or stands twice, or a weight is not positive.
+        ConfigError: A line is wrong, or a label is unknown or stands twice, or a weight is not positive, or
+            all weights look like labels of further nodes.
     """
     table = read_table(path, (1, 2), "node label, or node label and weight")
     chosen = whole_numbers(path, table[:, 0], "node label")
@@ -56,7 +57,20 @@ def read_set(path: Path, labels: Indices) -> tuple[Indices, Array]:
     if (weight <= 0).any():
         label = chosen[weight <= 0][0]
         raise ConfigError(f"{path}: node label {label}: weight {weight.min():g} must be above 0")
+    if not (weight == 1.0).all():
+        _refuse_pairs(path, chosen, weight, labels)
     return index, weight
+
+
+def _refuse_pairs(path: Path, chosen: Indices, weight: Array, labels: Indices) -> None:
+    """Refuse lines of two labels each: the second ones are labels of nodes that the first ones leave out."""
+    further = np.unique(weight)
+    if further.size == weight.size and np.isin(further, labels).all() and not np.isin(further, chosen).any():
+        raise ConfigError(
+            f"{path}: line with {chosen[0]} and {weight[0]:g}: all second numbers are labels of nodes too: "
+            "expected one node label per line; where they are weights, give them all divided by the same "
+            "number, for only their ratios count"
+        )
 
 
 def _refuse_repeats(path: Path, labels: Indices) -> None:
