@@ -76,6 +76,15 @@ def test_the_page_tells_the_delay_that_was_closed(preset: str, latency: float, t
     assert f"delay from a state to its torque: {told}; limits do not bind" in said
 
 
+@pytest.mark.parametrize(
+    ("bodies", "told"), [((), ""), (("casting", "blade"), " (none more: casting, blade)")]
+)
+def test_the_page_names_the_bodies_that_have_no_more_modes(bodies: tuple[str, ...], told: str) -> None:
+    """Bodies whose modes a frequency or a file gives had none more, though every body was said to have."""
+    said = build_page(replace(study(home=(case(13.0),)), no_more=bodies), CONFIG, []).to_text()
+    assert f"3 more modes per body, as far as it has them{told}, up to" in said
+
+
 def test_a_loop_that_is_stable_only_with_other_frequencies_has_no_margin_as_described() -> None:
     table = first_table(study(home=(case(0.0, radius=1.1), case(9.0, 0.1))))
     assert cell(table, "mode 1", "as described gain [dB]") is None

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fe_beams import bar_stiffness
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh
@@ -25,16 +26,7 @@ SIDE = 0.01  # m, of the square bars
 def bar(along: int) -> Array:
     """Return the stiffness of a bar along x or y, (12, 12)."""
     area, inertia, torsion, h = SIDE**2, SIDE**4 / 12, 0.141 * SIDE**4, STEP
-    K = np.zeros((12, 12))
-    for index, stiffness in (((0, 6), E * area / h), ((3, 9), G * torsion / h)):
-        K[np.ix_(index, index)] += stiffness * np.array([[1, -1], [-1, 1]])
-    for index, sign in (((1, 5, 7, 11), 1.0), ((2, 4, 8, 10), -1.0)):
-        S = np.diag([1.0, sign, 1.0, sign])
-        bend = np.array(
-            [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-             [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]
-        )  # fmt: skip
-        K[np.ix_(index, index)] += E * inertia / h**3 * S @ bend @ S
+    K = bar_stiffness(h, E * area, G * torsion, E * inertia, E * inertia)
     turn = np.eye(3) if along == 0 else np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     T = np.kron(np.eye(4), turn)
     return np.asarray(T @ K @ T.T)

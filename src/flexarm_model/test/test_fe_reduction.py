@@ -76,7 +76,7 @@ def test_slow_frequencies_are_those_of_the_full_body(kind: str, tmp_path: Path) 
 
 
 def test_frequencies_fall_with_the_number_of_modes(tmp_path: Path) -> None:
-    found = [reduce_body(imported(tmp_path, modes=n), BOTH).omega[:4] for n in (6, 10, 16, 30)]
+    found = [reduce_body(imported(tmp_path, modes=n), BOTH).omega[:4] for n in (7, 10, 16, 30)]
     assert (np.diff(found, axis=0) <= 1e-6).all() and found[0][0] > 1.0001 * found[-1][0]
 
 
@@ -125,7 +125,7 @@ def test_what_cannot_be_reduced_is_refused(tmp_path: Path) -> None:
     for used, reduction, expected in (
         ({"root"}, {"method": "guyan"}, "body 'solid': Guyan reduction needs an interface beside the root"),
         (BOTH, {"method": "guyan", "modes": 7}, "body 'solid': 7 modes asked for, 6 available"),
-        (BOTH, {"modes": 900}, "body 'solid': 894 modes asked for, at most"),
+        (BOTH, {"modes": 900}, "body 'solid': 900 modes asked for, 129 available"),
     ):
         with pytest.raises(ValueError, match=expected):
             reduce_body(imported(tmp_path, **reduction), used)

@@ -183,12 +183,18 @@ def _remarks(study: Study, config: MarginConfig) -> dict[str, Sequence[str]]:
     return {
         **_out_of_reach(study),
         "What was closed": [
-            f"the described arm with {config.extra_modes} more modes per body{most}",
+            f"the described arm with {config.extra_modes} more modes per body, as far as it has them"
+            f"{_no_more(study)}{most}",
             f"sensors left out of the settled filter (late or slow): {left_out}",
             f"{_delay(study)}; limits do not bind",
             f"gain of {ALL_TORQUES}: what reaches the arm against what the filter is told",
         ],
     }
+
+
+def _no_more(study: Study) -> str:
+    """Return which bodies have their modes as described, in words; empty where none has."""
+    return f" (none more: {', '.join(study.no_more)})" if study.no_more else ""
 
 
 def _delay(study: Study) -> str:

@@ -20,6 +20,7 @@ from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfi
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled import settled_filter
+from flexarm_model.bodies.model_order import bodies_without_more
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -63,6 +64,7 @@ class Study:
         out_of_reach: Poses of the grid that the arm cannot take, and why.
         unjudged: Those, named or not, at which there is no law or no answer of it, and why.
         unread: Which motors have no encoder, to be said after what falls short.
+        no_more: Flexible bodies that are closed with the modes described.
     """
 
     task: Task
@@ -74,6 +76,7 @@ class Study:
     out_of_reach: tuple[tuple[str, str], ...] = ()
     unjudged: tuple[tuple[str, str], ...] = ()
     unread: str = ""
+    no_more: tuple[str, ...] = ()
 
     @property
     def cases(self) -> list[Case]:
@@ -158,7 +161,8 @@ def run_study(
     left_out = settled_filter(estimator, loop.dt).left_out
     served = estimator.model.eta_names
     poses_left = tuple(out_of_reach), (*unjudged, *of_grid[1])
-    return Study(task, preset, loop.dt, served, left_out, (*found, *of_grid[0]), *poses_left, unread(config))
+    said = unread(config), tuple(bodies_without_more(config))
+    return Study(task, preset, loop.dt, served, left_out, (*found, *of_grid[0]), *poses_left, *said)
 
 
 def _within_reach(tree: ReducedTree, poses: Mapping[str, Array]) -> tuple[dict[str, Array], Unjudged]:

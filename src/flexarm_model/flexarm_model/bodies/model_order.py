@@ -14,7 +14,7 @@ from flexarm_model.bodies.beam_superelement import count_modes
 from flexarm_model.bodies.body_reduction import reduce_to_first_order
 from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
 from flexarm_model.manipulator.description import ManipulatorConfig
-from flexarm_model.manipulator.imported_body import ImportedBody
+from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBody
 
 FULL = math.inf  # Hz
 
@@ -37,22 +37,31 @@ def with_modes_below(config: ManipulatorConfig, f_max: float) -> ManipulatorConf
 def with_more_modes(config: ManipulatorConfig, extra: int) -> ManipulatorConfig:
     """Return the manipulator with ``extra`` more modes of every body that says how many to keep.
 
-    A beam of few elements keeps all it has.
+    A body of few elements keeps all it has. ``bodies_without_more`` names those that stay as they are.
     """
 
     def richer(body: Body) -> Body:
         """Return the body with more modes."""
-        if not isinstance(body, Beam | ImportedBody):
-            return body
-        kept = body.reduction
-        if not kept.modes or kept.method != "craig_bampton":
-            return body
-        modes = kept.modes + extra
-        if isinstance(body, Beam):
-            modes = max(kept.modes, min(modes, count_modes(body, _interfaces(config, body.name))))
-        return replace(body, reduction=replace(kept, modes=modes))  # type: ignore[arg-type,type-var]
+        if isinstance(body, ImportedBody) and _says_how_many(body):
+            # how many there are is known when its matrices are read
+            return replace(body, reduction=replace(body.reduction, spare=extra))
+        if isinstance(body, Beam) and _says_how_many(body):
+            kept = body.reduction.modes
+            modes = max(kept, min(kept + extra, count_modes(body, _interfaces(config, body.name))))
+            return replace(body, reduction=replace(body.reduction, modes=modes))
+        return body
 
     return replace(config, bodies={name: richer(body) for name, body in config.bodies.items()})
+
+
+def bodies_without_more(config: ManipulatorConfig) -> list[str]:
+    """Return the flexible bodies whose modes are all given: by a frequency, static ones or a superelement."""
+    return [
+        name
+        for name, body in config.bodies.items()
+        if isinstance(body, SuperelementBody)
+        or (isinstance(body, Beam | ImportedBody) and not _says_how_many(body))
+    ]
 
 
 def with_elements(config: ManipulatorConfig, elements: int) -> ManipulatorConfig:
@@ -80,6 +89,10 @@ def with_rigid_beams(config: ManipulatorConfig) -> ManipulatorConfig:
     return replace(
         config, bodies={name: rigid(body) for name, body in config.bodies.items()}, sensors=sensors
     )
+
+
+def _says_how_many(body: Beam | ImportedBody) -> bool:
+    return bool(body.reduction.modes) and body.reduction.method == "craig_bampton"
 
 
 def _interfaces(config: ManipulatorConfig, body: str) -> set[str]:

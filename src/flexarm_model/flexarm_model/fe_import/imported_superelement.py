@@ -67,7 +67,7 @@ def _modes(
     if n_modes > basis.shape[1] or n_modes == 0:
         raise ValueError(f"{n_modes} modes asked for, {basis.shape[1]} available; expected at least one")
     _refuse_massless(basis.T @ (M @ basis), [name for name in columns if name in used])
-    modes, omega = mode_basis(M, K, basis, n_modes)
+    modes, omega = mode_basis(M, K, basis, min(n_modes + reduction.spare, basis.shape[1]))
     if not omega[0] > 0:
         raise ValueError("the stiffness lets a mode move freely with the root held")
     return np.asarray(T_free @ modes), omega

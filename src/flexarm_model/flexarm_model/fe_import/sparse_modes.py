@@ -70,7 +70,7 @@ def lowest_modes(
     Args:
         M: Sparse mass, (n, n).
         K: Sparse stiffness, (n, n).
-        count: How many, below n.
+        count: How many, at most n.
         shift: Square of an angular frequency [rad^2/s^2]; negative for a body that can move rigidly.
         factor: Of ``K - shift M``, where it exists already.
 
@@ -81,10 +81,12 @@ def lowest_modes(
         ValueError: More asked for than can be found, or the shift is an eigenvalue.
     """
     n = K.shape[0]
-    if count >= n:
-        raise ValueError(f"{count} modes asked for, at most {n - 1} can be found")
+    if count > n:
+        raise ValueError(f"{count} modes asked for, {n} exist")
     if count == 0:
         return np.zeros(0), np.zeros((n, 0))
+    if count == n:  # Lanczos finds one less
+        return _dense_modes(M, K, count, shift)
     solve = (factor or Factor(K - shift * M)).solve
     start = np.random.default_rng(START_SEED).standard_normal(n)
     inverse = LinearOperator((n, n), matvec=solve, dtype=float)

@@ -21,6 +21,11 @@ Indices = NDArray[np.intp]
 def reduction_basis(M: Any, K: Any, boundary: Indices, reduction: ImportedReduction) -> Array:
     """Return the columns that span the reduced body, (n, n_b + n_fixed).
 
+    Where ``modes`` says how many are kept, the static modes are all among them and fixed-interface modes are
+    the rest: under a load on an interface few modes are then as good as many. Where they would leave no rest,
+    as many fixed-interface modes are added as are kept, or the static ones would stand for the body's own;
+    ``mode_basis`` keeps the slowest of both.
+
     Args:
         M: Sparse mass without rigid motion, (n, n).
         K: Sparse stiffness, (n, n).
@@ -28,7 +33,7 @@ def reduction_basis(M: Any, K: Any, boundary: Indices, reduction: ImportedReduct
         reduction: Method, and number of modes or highest frequency.
 
     Raises:
-        ValueError: Nothing to keep, or more modes asked for than exist.
+        ValueError: Nothing to keep, or the stiffness is singular.
     """
     if reduction.method == "guyan" and boundary.size == 0:
         raise ValueError(
@@ -46,7 +51,10 @@ def reduction_basis(M: Any, K: Any, boundary: Indices, reduction: ImportedReduct
     if reduction.f_max:
         fixed = modes_below(M_ii, K_ii, 2 * np.pi * reduction.f_max, factor)[1]
     else:
-        fixed = lowest_modes(M_ii, K_ii, max(reduction.modes - boundary.size, 0), factor=factor)[1]
+        count = reduction.modes + reduction.spare
+        wanted = count if count <= boundary.size else count - boundary.size
+        moving = int(np.count_nonzero(M_ii.diagonal()))  # a displacement without mass has no mode
+        fixed = lowest_modes(M_ii, K_ii, min(wanted, moving), factor=factor)[1]
     dynamic = np.zeros((K.shape[0], fixed.shape[1]))
     dynamic[interior] = fixed
     return np.hstack([static, dynamic])

@@ -54,12 +54,14 @@ class ImportedReduction:
         modes: Number of modes kept in the end; 0 when ``f_max`` says it.
         f_max: All static and the fixed-interface modes up to here are kept [Hz]; 0 when ``modes`` says it.
         retain: Further nodes kept as interfaces, beside those that joints use.
+        spare: Modes kept beyond ``modes``, as far as the body has them.
     """
 
     method: str
     modes: int
     f_max: float
     retain: tuple[str, ...] = ()
+    spare: int = 0
 
 
 @dataclass(frozen=True)
