@@ -49,7 +49,7 @@ def strip(n: int, tip_mass: float = 0.15, spring: float = 0.0, turning: bool = T
     for k in range(n):
         K[6 * k : 6 * k + 12, 6 * k : 6 * k + 12] += element
     ends = [0, 1, 2, 6 * n, 6 * n + 1, 6 * n + 2]
-    K[ends, ends] += spring
+    K[ends, ends] = K[ends, ends].toarray().ravel() + spring
     share = np.ones(n + 1)
     share[[0, -1]] = 0.5
     density = np.array([area] * 3 + [I_y + I_z, I_y, I_z])

@@ -17,6 +17,7 @@ from scipy.linalg import eigh
 
 from flexarm_model.fe_import.fe_model import FeModel
 from flexarm_model.fe_import.rigid_mass import RigidMass, rigid_mass
+from flexarm_model.fe_import.rigid_motions import EXPECTED, rigid_motions
 from flexarm_model.fe_import.sparse_modes import Factor, lowest_modes
 from flexarm_model.fe_import.volume_integrals import scalar_mass
 
@@ -44,6 +45,7 @@ class Checks:
         n_negative: Negative eigenvalues of the same.
         rigid_force: Force against the rigid motions, relative.
         unlike: Departure of the mass from acting alike in x, y and z, relative; 0 for solids.
+        held: Which rigid motion the stiffness resists most, in words.
         n_rigid: Modes without stiffness.
         elastic_hz: The slowest of the others [Hz].
         rigid: Mass, centre of mass and inertia.
@@ -57,6 +59,7 @@ class Checks:
     n_negative: tuple[int, ...]
     rigid_force: float
     unlike: float
+    held: str
     n_rigid: int
     elastic_hz: Array
     rigid: RigidMass
@@ -84,13 +87,14 @@ class Checks:
     @property
     def problems(self) -> list[str]:
         """What is wrong, in sentences; empty for a sound body."""
-        found = _quick_problems(self.asymmetry, self.rigid_force, self.rigid.mass)
+        found = _quick_problems(self.asymmetry, self.rigid_force, self.held, self.rigid.mass)
         for name, count in zip(_MATRICES, self.n_negative, strict=False):
             if count:
                 found.append(f"the {name} has {count} negative eigenvalues; expected none")
         if self.n_rigid != 6:
+            held = f" (the stiffness resists {self.held})" if self.n_rigid < 6 else ""
             found.append(
-                f"{self.n_rigid} modes of the free body have no stiffness; expected the 6 rigid ones"
+                f"{self.n_rigid} modes of the free body have no stiffness; expected the 6 rigid ones{held}"
             )
         return found
 
@@ -140,6 +144,7 @@ def check_model(model: FeModel) -> Checks:
         n_negative=tuple(negative),
         rigid_force=_rigid_force(model),
         unlike=_unlike(model),
+        held=rigid_motions(model).held(),
         n_rigid=value.size - elastic.size,
         elastic_hz=np.sqrt(elastic) / (2 * np.pi),
         rigid=rigid_mass(model),
@@ -154,7 +159,8 @@ def refuse_unsound(model: FeModel) -> None:
     Raises:
         ValueError: Names the body and what is wrong.
     """
-    problems = _quick_problems(_asymmetries(model), _rigid_force(model), rigid_mass(model).mass)
+    mass, held = rigid_mass(model).mass, rigid_motions(model).held()
+    problems = _quick_problems(_asymmetries(model), _rigid_force(model), held, mass)
     if problems:
         raise ValueError(f"body '{model.name}': {'; '.join(problems)}")
 
@@ -173,7 +179,7 @@ def refuse_feeding(name: str, D: Array) -> None:
         )
 
 
-def _quick_problems(asymmetry: tuple[float, ...], rigid_force: float, mass: float) -> list[str]:
+def _quick_problems(asymmetry: tuple[float, ...], rigid_force: float, held: str, mass: float) -> list[str]:
     found = []
     for name, value in zip(_MATRICES, asymmetry, strict=False):  # a damping is not always given
         if not value <= SYMMETRY:
@@ -182,8 +188,7 @@ def _quick_problems(asymmetry: tuple[float, ...], rigid_force: float, mass: floa
         found.append(f"the mass is {mass:g} kg; expected above 0")
     if not rigid_force <= RIGID_FORCE:
         found.append(
-            f"the stiffness resists rigid motion ({rigid_force:.1e} of its largest entry); "
-            "expected the matrix of a free body, without supports and with coordinates in the unit given"
+            f"the stiffness resists rigid motion ({rigid_force:.1e} of its largest entry), {held}; {EXPECTED}"
         )
     return found
 

@@ -17,6 +17,7 @@ from flexarm_model.fe_import.checks import refuse_feeding, refuse_unsound
 from flexarm_model.fe_import.fe_model import FeModel, load_model
 from flexarm_model.fe_import.interfaces import Constraint, Interface, constrain, make_interface
 from flexarm_model.fe_import.rigid_mass import rigid_mass
+from flexarm_model.fe_import.rigid_motions import refuse_resisted
 from flexarm_model.fe_import.sparse_reduction import reduction_basis
 from flexarm_model.fe_import.volume_integrals import volume_integrals
 from flexarm_model.manipulator.imported_body import ImportedBody, ImportedReduction
@@ -40,6 +41,7 @@ def reduce_imported(body: ImportedBody, interfaces: Collection[str]) -> Superele
     constraint = constrain(model, held)
     try:
         modes, omega = _modes(model, constraint, used - {"root"}, body.reduction)
+        refuse_resisted(model, modes, omega)
     except ValueError as error:
         raise ValueError(f"body '{body.name}': {error}") from None
     s, P = volume_integrals(model, modes)

@@ -1,0 +1,96 @@
+"""The six rigid motions of a body, and whether the stiffness resists them.
+
+With the motions ``R`` about the centre of mass, ``K R = 0`` in a free body. What supports do to a body is
+a matter of energy: a mode ``phi`` of squared frequency ``omega^2`` moves rigidly by ``a``, the best fit of
+``R a`` to it, and the share ``a' R' K R a / omega^2`` of its stiffness is none of the body. The force ``K R``
+over the largest entry of ``K`` alone says little: that entry grows as elements shrink.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.fe_import.fe_model import FeModel
+from flexarm_model.fe_import.rigid_mass import rigid_mass
+
+Array = NDArray[np.float64]
+
+MOTIONS = tuple(f"{kind} {axis}" for kind in ("translation along", "rotation about") for axis in "xyz")
+SHARE = 0.01  # of a mode's squared frequency, half a per cent of its frequency
+MASSLESS = 1e-12  # of a rigid motion, relative to the heaviest that moves the nodes as far: rounding
+EXPECTED = (
+    "expected the matrix of a free body, without supports, with all its digits and with coordinates in the "
+    "unit given"
+)
+
+
+@dataclass(frozen=True)
+class RigidMotions:
+    """Translations and rotations about the centre of mass, body axes.
+
+    Attributes:
+        R: Displacements, (n, 6).
+        mass: ``R' M R`` [kg, kg m, kg m^2], (6, 6).
+        stiffness: ``R' K R``, 0 of a free body [N/m, N, N m], (6, 6).
+        size: Of the body [m], by which a rotation is compared with a translation.
+    """
+
+    R: Array
+    mass: Array
+    stiffness: Array
+    size: float
+
+    @property
+    def scale(self) -> Array:
+        """Amounts of the motions that move the ends of the body alike [m, rad per m], (6,)."""
+        return np.repeat([1.0, 1.0 / self.size], 3)
+
+    def held(self, motion: int | None = None) -> str:
+        """Return which motion is resisted (the most, where none is given), and how fast it would swing.
+
+        A stiffness that is negative by rounding or by fault lets it run away.
+        """
+        mass, stiffness = np.diag(self.mass), np.diag(self.stiffness)
+        moved = np.maximum(mass, MASSLESS * (mass * self.scale**2).max() / self.scale**2)
+        square = stiffness / np.where(moved > 0.0, moved, 1.0)
+        k = int(np.argmax(square)) if motion is None else motion
+        rate = float(np.sqrt(abs(square[k])))
+        how = f"swing at {rate / (2 * np.pi):.3g} Hz" if square[k] >= 0.0 else f"run away at {rate:.3g} 1/s"
+        return f"most of all the {MOTIONS[k]}, which would {how}"
+
+
+def rigid_motions(model: FeModel) -> RigidMotions:
+    """Return the rigid motions of a body."""
+    R = model.rigid_motion(about=rigid_mass(model).com)
+    M, K = (R.T @ (matrix @ R) for matrix in (model.M, model.K))
+    size = float(np.linalg.norm(np.ptp(model.x, axis=0))) / 2
+    return RigidMotions(R, (M + M.T) / 2, (K + K.T) / 2, size or 1.0)
+
+
+def refuse_resisted(model: FeModel, modes: Array, omega: Array) -> None:
+    """Refuse a body whose resistance to rigid motion is a share of a mode's stiffness.
+
+    Args:
+        model: The body.
+        modes: Its mass-normalised modes with the root held, (n, m).
+        omega: Their angular frequencies [rad/s], (m,).
+
+    Raises:
+        ValueError: Says which motion is resisted, how fast it would swing, and which mode is wrong by it.
+    """
+    rigid = rigid_motions(model)
+    scaled = rigid.R * rigid.scale
+    amount = rigid.scale[:, None] * (np.linalg.pinv(scaled.T @ scaled) @ (scaled.T @ modes))  # (6, m)
+    share = abs(np.einsum("ik,ij,jk->k", amount, rigid.stiffness, amount)) / omega**2
+    worst = int(np.argmax(share))
+    if share[worst] <= SHARE:
+        return
+    motion = int(np.argmax(abs(np.diag(rigid.stiffness)) * amount[:, worst] ** 2))
+    frequency = omega[worst] / (2 * np.pi)
+    raise ValueError(
+        f"the stiffness resists rigid motion, {rigid.held(motion)}: {100 * share[worst]:.0f} % of the "
+        f"squared frequency of mode {worst + 1}, {frequency:.4g} Hz with the root held; {EXPECTED}"
+    )
