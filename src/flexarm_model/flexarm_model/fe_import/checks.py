@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.linalg import eigh
 
 from flexarm_model.fe_import.fe_model import FeModel
+from flexarm_model.fe_import.free_modes import free_modes
 from flexarm_model.fe_import.rigid_mass import RigidMass, rigid_mass
-from flexarm_model.fe_import.rigid_motions import EXPECTED, rigid_motions
-from flexarm_model.fe_import.sparse_modes import Factor, lowest_modes
+from flexarm_model.fe_import.rigid_motions import EXPECTED, rigid_motions, spoken_motion
+from flexarm_model.fe_import.sparse_modes import Factor
 from flexarm_model.fe_import.volume_integrals import scalar_mass
 
 Array = NDArray[np.float64]
@@ -28,8 +28,6 @@ RIGID_FORCE = 1e-6  # force against a rigid motion, relative to the largest stif
 RIGID_MODE = 1e-6  # squared frequency, relative to the estimate of the first elastic one
 DENSITY = (10.0, 25e3)  # kg/m^3 of the box about a solid: an airy frame's, more than osmium's
 SHELL_DOF = 6  # per node; shells and beams have no thickness in their nodes
-MASSLESS = 1e-12  # mass of a displacement, relative to the largest: rounding
-N_LOWEST = 10  # modes of the free body that are looked at
 FEEDING = 1e-6  # negative eigenvalue of the damping of the modes, relative to the largest: rounding
 _MATRICES = ("mass", "stiffness", "damping")
 
@@ -45,6 +43,7 @@ class Checks:
         n_negative: Negative eigenvalues of the same.
         rigid_force: Force against the rigid motions, relative.
         unlike: Departure of the mass from acting alike in x, y and z, relative; 0 for solids.
+        massless: Rigid motions that move no mass, in words.
         held: Which rigid motion the stiffness resists most, in words.
         n_rigid: Modes without stiffness.
         elastic_hz: The slowest of the others [Hz].
@@ -59,6 +58,7 @@ class Checks:
     n_negative: tuple[int, ...]
     rigid_force: float
     unlike: float
+    massless: tuple[str, ...]
     held: str
     n_rigid: int
     elastic_hz: Array
@@ -76,12 +76,17 @@ class Checks:
     def suspicions(self) -> list[str]:
         """What is odd and may be meant, in sentences: a solid's matrices do not know how large it is."""
         low, high = DENSITY
+        found = [
+            f"its {motion} moves no mass: give nodes rotary inertia if a joint turns it that way"
+            for motion in self.massless
+        ]
         if not self.is_solid or low <= self.density <= high:
-            return []
+            return found
         side = "heavy" if self.density > high else "light"
         return [
+            *found,
             f"too {side} for its size: {self.density:.3g} kg/m^3 in the box about it, expected {low:g} to "
-            f"{high:g}: are the units of length (mm or m) and mass those of the files?"
+            f"{high:g}: are the units of length (mm or m) and mass those of the files?",
         ]
 
     @property
@@ -128,13 +133,14 @@ def check_model(model: FeModel) -> Checks:
     Raises:
         ValueError: The matrices are too broken to be factorised.
     """
-    scale = _first_elastic(model)
-    shift = -scale / 10
-    factor = Factor(model.K - shift * model.M)
-    count = min(N_LOWEST, model.M.shape[0] - 1)
-    value = lowest_modes(model.M, model.K, count, shift, factor)[0]
+    rigid = rigid_motions(model)
+    massless = rigid.massless()
+    try:
+        value, scale, n_negative = free_modes(model, massless)
+    except ValueError as error:
+        raise ValueError(f"body '{model.name}': {error}") from None
     elastic = value[value > RIGID_MODE * scale]
-    negative = [_count_negative(model.M, 1e-12), factor.count_negative()]  # rotations may bear no mass
+    negative = [_count_negative(model.M, 1e-12), n_negative]  # rotations may bear no mass
     if model.D is not None:
         negative.append(_count_negative(model.D, FEEDING))
     return Checks(
@@ -144,7 +150,8 @@ def check_model(model: FeModel) -> Checks:
         n_negative=tuple(negative),
         rigid_force=_rigid_force(model),
         unlike=_unlike(model),
-        held=rigid_motions(model).held(),
+        held=rigid.held(),
+        massless=tuple(spoken_motion(motion) for motion in massless.T),
         n_rigid=value.size - elastic.size,
         elastic_hz=np.sqrt(elastic) / (2 * np.pi),
         rigid=rigid_mass(model),
@@ -216,23 +223,3 @@ def _unlike(model: FeModel) -> float:
     mean = scalar_mass(model)
     differ = [block - mean if k % 4 == 0 else block for k, block in enumerate(blocks)]
     return float(max(abs(block).max() for block in differ) / abs(mean).max())
-
-
-def _first_elastic(model: FeModel) -> float:
-    """Return an upper bound of the first elastic frequency squared, out of displacements quadratic in x."""
-    x = model.x - model.x.mean(axis=0)
-    fields = [model.rigid_motion()]
-    for i, j in zip(*np.triu_indices(3), strict=True):
-        slope = x[:, [j]] * np.eye(3)[i] + x[:, [i]] * np.eye(3)[j]  # gradient of x_i x_j, (k, 3)
-        rows = np.zeros((x.shape[0], model.dof_per_node, 3))
-        rows[:, :3] = (x[:, i] * x[:, j])[:, None, None] * np.eye(3)
-        rows[:, 3:] = np.cross(slope[:, None], np.eye(3)).transpose(0, 2, 1)[:, : model.dof_per_node - 3] / 2
-        fields.append(rows.reshape(-1, 3))
-    Q = np.linalg.qr(np.hstack(fields))[0]
-    mass, axes = eigh(Q.T @ (model.M @ Q))
-    heavy = mass > MASSLESS * mass[-1]  # of a flat body some fields only turn, and rotations may bear nothing
-    Q = Q @ (axes[:, heavy] / np.sqrt(mass[heavy]))
-    value = eigh(Q.T @ (model.K @ Q), eigvals_only=True)
-    if value.size < 7:
-        raise ValueError(f"body '{model.name}': hardly a displacement has mass; expected the mass of a body")
-    return float(np.sort(abs(value))[6])  # a negative one is found elsewhere

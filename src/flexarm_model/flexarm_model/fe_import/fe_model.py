@@ -33,6 +33,8 @@ class FeModel:
         x: Nodes in the body frame [m], (k, 3).
         M, K: Mass and stiffness over all displacements, (n, n).
         D: Viscous damping, (n, n), or None.
+        labels: Of the nodes in their file, (k,); None where they count from 1.
+        file: Of the stiffness, for messages; may be empty.
     """
 
     name: str
@@ -40,6 +42,8 @@ class FeModel:
     M: Any
     K: Any
     D: Any
+    labels: Indices | None = None
+    file: str = ""
 
     @property
     def dof_per_node(self) -> int:
@@ -95,6 +99,8 @@ def load_model(body: ImportedBody) -> FeModel:
         unit * (S @ M @ S.T),
         scale * unit / time**2 * (S @ K @ S.T),
         None if D is None else scale * unit / time * (S @ D @ S.T),
+        body.labels,
+        str(body.stiffness.path),
     )
 
 

@@ -16,6 +16,7 @@ from flexarm_model.bodies.superelement import NodeShape, Superelement
 from flexarm_model.fe_import.checks import refuse_feeding, refuse_unsound
 from flexarm_model.fe_import.fe_model import FeModel, load_model
 from flexarm_model.fe_import.interfaces import Constraint, Interface, constrain, make_interface
+from flexarm_model.fe_import.loose_nodes import empty_rows, refuse_loose
 from flexarm_model.fe_import.rigid_mass import rigid_mass
 from flexarm_model.fe_import.rigid_motions import refuse_resisted
 from flexarm_model.fe_import.sparse_reduction import reduction_basis
@@ -63,6 +64,7 @@ def _modes(
     free = np.setdiff1d(np.arange(T.shape[1]), columns["root"])
     T_free = T[:, free]
     M, K = T_free.T @ model.M @ T_free, T_free.T @ model.K @ T_free
+    refuse_loose(model, np.unique(T_free[:, empty_rows(K)].tocoo().row))
     kept = np.concatenate([np.zeros(0, dtype=np.intp), *(columns[name] for name in columns if name in used)])
     basis = reduction_basis(M, K, np.searchsorted(free, kept), reduction)
     n_modes = reduction.modes or basis.shape[1]

@@ -1,4 +1,4 @@
-"""The six rigid motions of a body, and whether the stiffness resists them.
+"""The six rigid motions of a body: whether the stiffness resists them, and which of them moves no mass.
 
 With the motions ``R`` about the centre of mass, ``K R = 0`` in a free body. What supports do to a body is
 a matter of energy: a mode ``phi`` of squared frequency ``omega^2`` moves rigidly by ``a``, the best fit of
@@ -8,10 +8,11 @@ over the largest entry of ``K`` alone says little: that entry grows as elements 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from flexarm_model.fe_import.fe_model import FeModel
 from flexarm_model.fe_import.rigid_mass import rigid_mass
@@ -21,6 +22,7 @@ Array = NDArray[np.float64]
 MOTIONS = tuple(f"{kind} {axis}" for kind in ("translation along", "rotation about") for axis in "xyz")
 SHARE = 0.01  # of a mode's squared frequency, half a per cent of its frequency
 MASSLESS = 1e-12  # of a rigid motion, relative to the heaviest that moves the nodes as far: rounding
+INERTIA = 1e-6  # added against a massless motion, relative to the same: its node feels nothing of it
 EXPECTED = (
     "expected the matrix of a free body, without supports, with all its digits and with coordinates in the "
     "unit given"
@@ -61,6 +63,12 @@ class RigidMotions:
         how = f"swing at {rate / (2 * np.pi):.3g} Hz" if square[k] >= 0.0 else f"run away at {rate:.3g} 1/s"
         return f"most of all the {MOTIONS[k]}, which would {how}"
 
+    def massless(self) -> Array:
+        """Return the rigid motions that move no mass, as amounts of the six, (6, k)."""
+        scale = self.scale
+        value, vector = np.linalg.eigh(scale[:, None] * self.mass * scale)
+        return np.asarray(scale[:, None] * vector[:, abs(value) <= MASSLESS * abs(value).max()])
+
 
 def rigid_motions(model: FeModel) -> RigidMotions:
     """Return the rigid motions of a body."""
@@ -68,6 +76,37 @@ def rigid_motions(model: FeModel) -> RigidMotions:
     M, K = (R.T @ (matrix @ R) for matrix in (model.M, model.K))
     size = float(np.linalg.norm(np.ptp(model.x, axis=0))) / 2
     return RigidMotions(R, (M + M.T) / 2, (K + K.T) / 2, size or 1.0)
+
+
+def with_inertia(model: FeModel, motion: Array) -> FeModel:
+    """Return a body with a little inertia of one node against a rigid motion that moves no mass.
+
+    Nothing holds such a motion and nothing slows it, so it has no frequency, and no matrix of the body can be
+    factorised. With ``INERTIA`` of the body's own about its ends it is a rigid mode as the others.
+
+    Args:
+        model: The body.
+        motion: Amounts of the six motions about the centre of mass, (6,).
+    """
+    rigid = rigid_motions(model)
+    u = (rigid.R @ motion).reshape(-1, model.dof_per_node)
+    node = int(np.argmax(np.linalg.norm(u, axis=1)))
+    heaviest = (np.diag(rigid.mass) * rigid.scale**2).max() * float(np.sum((motion / rigid.scale) ** 2))
+    block = INERTIA * heaviest * np.outer(u[node], u[node]) / float(u[node] @ u[node]) ** 2
+    row, column = (index.ravel() for index in np.indices(block.shape) + node * model.dof_per_node)
+    added = sparse.coo_array((block.ravel(), (row, column)), shape=model.M.shape).tocsr()
+    return replace(model, M=model.M + added)
+
+
+def spoken_motion(amount: Array) -> str:
+    """Return a motion, amounts of the six (6,), in words: an axis as x, y or z, or by its components."""
+    kind = 0 if np.linalg.norm(amount[:3]) > np.linalg.norm(amount[3:]) else 3
+    axis = amount[kind : kind + 3] / np.linalg.norm(amount[kind : kind + 3])
+    most = int(np.argmax(abs(axis)))
+    if abs(axis[most]) > 1.0 - 1e-9:
+        return MOTIONS[kind + most]
+    said = ", ".join(f"{value:.3g}" for value in axis * np.sign(axis[most]))
+    return f"{MOTIONS[kind][:-1]}[{said}]"
 
 
 def refuse_resisted(model: FeModel, modes: Array, omega: Array) -> None:

@@ -85,6 +85,7 @@ class ImportedBody:
         damping_rate: Damping over mass [1/s] of every mode that strains this body alone, in addition.
         rows: Row of the files' matrices, from 0, of every displacement node by node, (3 k,) or (6 k,); None
             where they stand so.
+        labels: Of the finite-element nodes in their file, (k,); None where they count from 1.
     """
 
     name: str
@@ -103,6 +104,7 @@ class ImportedBody:
     damping_time: float = 0.0
     damping_rate: float = 0.0
     rows: NDArray[np.intp] | None = None
+    labels: NDArray[np.intp] | None = None
 
 
 @dataclass(frozen=True)

@@ -74,6 +74,7 @@ def read_imported(name: str, section: Section) -> ImportedBody:
         damping_time=said.time,
         damping_rate=said.rate,
         rows=rows,
+        labels=labels,
     )
 
 

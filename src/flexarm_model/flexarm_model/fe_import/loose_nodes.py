@@ -1,0 +1,45 @@
+"""Displacements that no stiffness holds, as those of a reference node that was left over, and their nodes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.fe_import.fe_model import FeModel
+
+Indices = NDArray[np.intp]
+
+MOST_NAMED = 5
+DISPLACEMENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
+
+
+def empty_rows(A: Any) -> Indices:
+    """Return the rows of a sparse matrix, (n, n), that hold nothing but zeros."""
+    return np.flatnonzero(np.asarray(abs(A).sum(axis=1)).ravel() == 0.0)
+
+
+def refuse_loose(model: FeModel, dof: Indices) -> None:
+    """Refuse a body some of whose displacements nothing holds.
+
+    Args:
+        model: The body.
+        dof: Those displacements, (m,).
+
+    Raises:
+        ValueError: There are some; names file, nodes and displacements.
+    """
+    if not dof.size:
+        return
+    nodes = np.unique(dof // model.dof_per_node)
+    labels = nodes + 1 if model.labels is None else model.labels[nodes]
+    said = ", ".join(str(label) for label in labels[:MOST_NAMED])
+    more = f" and {nodes.size - MOST_NAMED} more" if nodes.size > MOST_NAMED else ""
+    which = ", ".join(DISPLACEMENTS[k] for k in np.unique(dof % model.dof_per_node))
+    file = f"{model.file}: " if model.file else ""
+    raise ValueError(
+        f"{file}node{'s' * (nodes.size > 1)} {said}{more}: {which}: no stiffness holds them (their rows are "
+        "empty); expected a stiffness of every displacement: take a reference node that was left over out of "
+        "matrices and nodes, or into the set of a rigid interface"
+    )
