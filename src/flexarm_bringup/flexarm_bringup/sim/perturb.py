@@ -1,22 +1,25 @@
 """How the real arm differs from its description: a pure function of the description.
 
-Stiffness scales wherever it is elastic: beams, imported bodies, springs of axes; their damping likewise, not
-the viscous friction of axes that no spring holds. Masses scale in all bodies that are described by their
-material; bodies that were reduced elsewhere are as described.
+Stiffness scales wherever it is elastic: beams, imported bodies, superelements, springs of axes; their damping
+likewise, not the viscous friction of axes that no spring holds. Masses scale in all bodies. A damping matrix
+that a file gives scales with the stiffness, too, as viscous damping of a material does. What a superelement
+does not say stays as it is: which of its mass is a point mass, and modes beyond those of its file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from flexarm_bringup.sim.backlash import find_gears
 from flexarm_model.bodies.model_order import with_more_modes
 from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
 from flexarm_model.manipulator.description import Joint, ManipulatorConfig
-from flexarm_model.manipulator.imported_body import ImportedBody
+from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBody
 from flexarm_model.settings.strict_yaml import ConfigError
+
+_Given = TypeVar("_Given", ImportedBody, SuperelementBody)
 
 
 @dataclass(frozen=True)
@@ -25,11 +28,11 @@ class PlantSettings:
 
     Attributes:
         frequency_scale: Real over described natural frequencies, by the stiffness of everything elastic [1].
-        mass_scale: Real over described point masses [1].
+        mass_scale: Real over described point masses of beams [1].
         extra_modes: Elastic coordinates per flexible body beyond those described, as far as it has them.
         friction: Coulomb friction of the actuated axes [N m or N], one value for all.
-        body_mass_scale: Real over described masses of rigid bodies and beams, their point masses too [1].
-        damping_scale: Real over described damping of beams, imported bodies and springs of axes [1].
+        body_mass_scale: Real over described masses of all bodies, their point masses too [1].
+        damping_scale: Real over described damping of bodies that bend and of springs of axes [1].
         rotor_scale: Real over described rotor inertias [1].
         backlash: Total play of every gear beyond that described [rad or m].
     """
@@ -45,15 +48,12 @@ class PlantSettings:
 
 
 def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorConfig:
-    """Return the description of the arm as it really is; bodies that were reduced elsewhere stay.
+    """Return the description of the arm as it really is.
 
     Raises:
         ConfigError: Play is asked for and the arm has no gear.
     """
-    changed = {
-        name: _CHANGES[type(body)](body, settings) if type(body) in _CHANGES else body
-        for name, body in config.bodies.items()
-    }
+    changed = {name: _CHANGES[type(body)](body, settings) for name, body in config.bodies.items()}
     gears = find_gears(config) if settings.backlash else set()
     if settings.backlash and not gears:
         wanted = "no spring at the node that a motor moves, along its axis"
@@ -115,13 +115,20 @@ def _change_beam(beam: Beam, settings: PlantSettings) -> Beam:
 
 
 def _change_imported(body: ImportedBody, settings: PlantSettings) -> ImportedBody:
-    stiffness = body.stiffness_scale * settings.frequency_scale**2
     return replace(
-        body,
-        stiffness_scale=stiffness,
+        _change_matrices(body, settings),
         damping_ratio=body.damping_ratio * settings.damping_scale,
         damping_time=body.damping_time * settings.damping_scale,
         damping_rate=body.damping_rate * settings.damping_scale,
+    )
+
+
+def _change_matrices(body: _Given, settings: PlantSettings) -> _Given:
+    return replace(
+        body,
+        stiffness_scale=body.stiffness_scale * settings.frequency_scale**2,
+        mass_scale=body.mass_scale * settings.body_mass_scale,
+        damping_scale=body.damping_scale * settings.damping_scale,
     )
 
 
@@ -129,4 +136,5 @@ _CHANGES: dict[type, Callable[[Any, PlantSettings], Body]] = {
     RigidBody: _change_rigid,
     Beam: _change_beam,
     ImportedBody: _change_imported,
+    SuperelementBody: _change_matrices,
 }

@@ -39,16 +39,18 @@ class RigSettings:
     frequency_scale: float = parameter(
         1.0, "Real over described natural frequencies.", minimum=0.5, maximum=2.0
     )
-    mass_scale: float = parameter(1.0, "Real over described point masses.", minimum=0.1, maximum=10.0)
+    mass_scale: float = parameter(
+        1.0, "Real over described point masses of beams.", minimum=0.1, maximum=10.0
+    )
     extra_modes: int = parameter(
         3, "Elastic coordinates per body beyond those described.", minimum=0, maximum=10
     )
     friction: float = parameter(0.0, "Coulomb friction of the actuated axes.", "N m", 0.0, 100.0)
     body_mass_scale: float = parameter(
-        1.0, "Real over described masses of rigid bodies and beams.", minimum=0.1, maximum=10.0
+        1.0, "Real over described masses of all bodies.", minimum=0.1, maximum=10.0
     )
     damping_scale: float = parameter(
-        1.0, "Real over described damping of beams and springs.", minimum=0.0, maximum=100.0
+        1.0, "Real over described damping of bodies that bend and springs.", minimum=0.0, maximum=100.0
     )
     rotor_scale: float = parameter(
         1.0, "Real over described rotor inertias of the actuated axes.", minimum=0.1, maximum=10.0

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexarm_model.bodies.beam_superelement import reduce_beam
+from flexarm_model.bodies.scaled_superelement import Scales, scale_superelement
 from flexarm_model.bodies.sid_file import read_sid
 from flexarm_model.bodies.superelement import NodeShape, Superelement
 from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
@@ -68,7 +69,8 @@ def _reduce_imported(body: ImportedBody, interfaces: Collection[str]) -> Superel
 
 
 def _read_superelement(body: SuperelementBody, interfaces: Collection[str]) -> Superelement:
-    return replace(read_sid(body.path), name=body.name)
+    scales = Scales(body.stiffness_scale, body.mass_scale, body.damping_scale)
+    return scale_superelement(replace(read_sid(body.path), name=body.name), scales)
 
 
 _REDUCERS: dict[type, Reducer] = {

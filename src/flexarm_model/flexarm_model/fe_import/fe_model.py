@@ -96,9 +96,9 @@ def load_model(body: ImportedBody) -> FeModel:
     return FeModel(
         body.name,
         body.x,
-        unit * (S @ M @ S.T),
+        body.mass_scale * unit * (S @ M @ S.T),
         scale * unit / time**2 * (S @ K @ S.T),
-        None if D is None else scale * unit / time * (S @ D @ S.T),
+        None if D is None else scale * body.damping_scale * unit / time * (S @ D @ S.T),
         body.labels,
         str(body.stiffness.path),
     )

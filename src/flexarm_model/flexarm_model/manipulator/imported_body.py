@@ -81,6 +81,8 @@ class ImportedBody:
         reduction: How it is reduced.
         digest: Hash of the files' content.
         stiffness_scale: Factor on K and D, for plants that differ from their model [1].
+        mass_scale: Factor on M, likewise [1].
+        damping_scale: Factor on the viscous D, likewise [1].
         damping_time: Damping over stiffness [s], in addition to the ratio.
         damping_rate: Damping over mass [1/s] of every mode that strains this body alone, in addition.
         rows: Row of the files' matrices, from 0, of every displacement node by node, (3 k,) or (6 k,); None
@@ -101,6 +103,8 @@ class ImportedBody:
     reduction: ImportedReduction
     digest: str
     stiffness_scale: float = 1.0
+    mass_scale: float = 1.0
+    damping_scale: float = 1.0
     damping_time: float = 0.0
     damping_rate: float = 0.0
     rows: NDArray[np.intp] | None = None
@@ -117,6 +121,9 @@ class SuperelementBody:
         nodes: Position of every node in the body frame [m], (3,) each.
         strain: Its strain shapes as in ``NodeShape``, (3, n) each; NaN where the file knows none.
         digest: Hash of the file's content.
+        stiffness_scale: Factor on stiffness and viscous damping, for plants that differ from their model [1].
+        mass_scale: Factor on all masses, likewise [1].
+        damping_scale: Factor on all damping, likewise [1].
     """
 
     name: str
@@ -124,3 +131,6 @@ class SuperelementBody:
     nodes: dict[str, Array]
     strain: dict[str, Array]
     digest: str
+    stiffness_scale: float = 1.0
+    mass_scale: float = 1.0
+    damping_scale: float = 1.0
