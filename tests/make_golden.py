@@ -48,7 +48,8 @@ def out_and_back(folder: Path, domain: int) -> Path:
 def moves_of_the_task(folder: Path, domain: int) -> Path:
     """Run the 3RRR's moves of config/moves."""
     from flexarm_bringup.demo_run.task_session import run_task_session
-    from flexarm_bringup.sim_run.study import NOMINAL, run_sim_job, sim_jobs
+    from flexarm_bringup.sim_run.conditions import NOMINAL
+    from flexarm_bringup.sim_run.study import run_sim_job, sim_jobs
     from flexarm_bringup.tasks.task_for import task_for
 
     task = task_for("planar_3rrr")

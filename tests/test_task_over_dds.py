@@ -12,7 +12,8 @@ from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.demo_run.task_session import run_task_session, torque_difference
 from flexarm_bringup.replaying.compare import compare_bags
 from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay
-from flexarm_bringup.sim_run.study import NOMINAL, run_sim_job, sim_jobs
+from flexarm_bringup.sim_run.conditions import NOMINAL
+from flexarm_bringup.sim_run.study import run_sim_job, sim_jobs
 from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_bringup.topics import NAMESPACE
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from flexarm_bringup.closed_loop import LoopSettings, observe_tick, run_loop
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim_run.study import NOMINAL, loop_settings, sim_jobs
+from flexarm_bringup.sim_run.conditions import NOMINAL
+from flexarm_bringup.sim_run.study import loop_settings, sim_jobs
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from flexarm_bringup.closed_loop import run_loop
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim_run.study import NOMINAL, SimJob, Trace, judge_leg, loop_settings, observe_tip
+from flexarm_bringup.sim_run.conditions import NOMINAL
+from flexarm_bringup.sim_run.study import SimJob, Trace, judge_leg, loop_settings, observe_tip
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task_for import task_for

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import run_loop
 from flexarm_bringup.sim.hardware import Hardware
-from flexarm_bringup.sim_run.study import CONDITIONS, NOMINAL, loop_settings, observe_tip, sim_jobs
+from flexarm_bringup.sim_run.conditions import CONDITIONS, NOMINAL
+from flexarm_bringup.sim_run.study import loop_settings, observe_tip, sim_jobs
 from flexarm_bringup.tasks.centripetal import SIGMAS, centripetal_error
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_estimator.estimate import Estimate

@@ -21,7 +21,8 @@ from flexarm_bringup.demo_run.unfinished import unfinished
 from flexarm_bringup.page.report import Table
 from flexarm_bringup.processes.session import Session, SessionError
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.sim_run.study import NOMINAL, LegResult, SimJob, SimResult, Trace
+from flexarm_bringup.sim_run.conditions import NOMINAL
+from flexarm_bringup.sim_run.study import LegResult, SimJob, SimResult, Trace
 from flexarm_bringup.tasks.course import Course, Leg
 from flexarm_bringup.tasks.reference_file import from_rest, load_reference, save_reference
 from flexarm_bringup.tasks.task import find_task, load_task

@@ -14,7 +14,8 @@ import pytest
 from flexarm_bringup.bench import load_module
 from flexarm_bringup.closed_loop import run_loop
 from flexarm_bringup.sim.hardware import Hardware
-from flexarm_bringup.sim_run.study import CONDITIONS, NOMINAL, loop_settings, observe_tip, sim_jobs
+from flexarm_bringup.sim_run.conditions import CONDITIONS, NOMINAL
+from flexarm_bringup.sim_run.study import loop_settings, observe_tip, sim_jobs
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.exclusion.search import Search
 from flexarm_model.reading.config import load_config

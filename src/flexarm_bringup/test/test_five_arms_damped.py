@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from flexarm_bringup.sim_run.conditions import CONDITIONS
 from flexarm_bringup.sim_run.report import worth_checks
-from flexarm_bringup.sim_run.study import CONDITIONS, run_sim_jobs, sim_jobs
+from flexarm_bringup.sim_run.study import run_sim_jobs, sim_jobs
 from flexarm_bringup.tasks.task_for import task_for
 
 pytestmark = pytest.mark.slow

@@ -13,7 +13,8 @@ from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sensor_faults import SensorFault
-from flexarm_bringup.sim_run.study import CONDITIONS, NOMINAL, loop_settings, sim_jobs
+from flexarm_bringup.sim_run.conditions import CONDITIONS, NOMINAL
+from flexarm_bringup.sim_run.study import loop_settings, sim_jobs
 from flexarm_bringup.tasks.course import Course
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for

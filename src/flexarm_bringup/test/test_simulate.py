@@ -13,8 +13,9 @@ import pytest
 from flexarm_bringup.cli import main
 from flexarm_bringup.closed_loop import Effort
 from flexarm_bringup.page.report import Table
+from flexarm_bringup.sim_run.conditions import NOMINAL
 from flexarm_bringup.sim_run.report import build_page, gain_db, is_stable
-from flexarm_bringup.sim_run.study import NOMINAL, LegResult, SimResult, Trace, run_sim_job, sim_jobs
+from flexarm_bringup.sim_run.study import LegResult, SimResult, Trace, run_sim_job, sim_jobs
 from flexarm_bringup.tasks.course import Leg
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.tip_vibration import Residual

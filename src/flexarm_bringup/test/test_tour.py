@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from small_arm import small_arm
 
-from flexarm_bringup.sim_run.study import NOMINAL, run_sim_job, sim_jobs
+from flexarm_bringup.sim_run.conditions import NOMINAL
+from flexarm_bringup.sim_run.study import run_sim_job, sim_jobs
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task_check import check_against_arm

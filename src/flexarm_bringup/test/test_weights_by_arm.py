@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from small_arm import small_arm
 
+from flexarm_bringup.sim_run.conditions import NOMINAL
 from flexarm_bringup.sim_run.report import gain_db
-from flexarm_bringup.sim_run.study import NOMINAL, SimResult, run_sim_job, sim_jobs
+from flexarm_bringup.sim_run.study import SimResult, run_sim_job, sim_jobs
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.tasks.weights_by_arm import CHOSEN_FOR_HZ, TIP_SHARE, weights_for
 from flexarm_controller.settings import MpcConfig

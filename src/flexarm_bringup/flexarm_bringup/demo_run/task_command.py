@@ -27,9 +27,10 @@ from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.report import publish
 from flexarm_bringup.processes.session import SessionError
 from flexarm_bringup.progress import Progress
+from flexarm_bringup.sim_run.conditions import NOMINAL
 from flexarm_bringup.sim_run.figures import draw
 from flexarm_bringup.sim_run.report import FASTEST_DDS
-from flexarm_bringup.sim_run.study import NOMINAL, SimJob, SimResult, run_sim_jobs, sim_jobs
+from flexarm_bringup.sim_run.study import SimJob, SimResult, run_sim_jobs, sim_jobs
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.reading.config import load_config

@@ -15,9 +15,10 @@ from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.processes.machine_speed import filterpy_step_us, slowness
 from flexarm_bringup.progress import Progress
+from flexarm_bringup.sim_run.conditions import CONDITIONS, NOMINAL
 from flexarm_bringup.sim_run.figures import draw
 from flexarm_bringup.sim_run.report import build_page
-from flexarm_bringup.sim_run.study import CONDITIONS, NOMINAL, SEED, run_sim_jobs, sim_jobs
+from flexarm_bringup.sim_run.study import SEED, run_sim_jobs, sim_jobs
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
+from flexarm_bringup.sim_run.conditions import NOMINAL
 from flexarm_bringup.sim_run.report import by_condition
-from flexarm_bringup.sim_run.study import NOMINAL, SimResult
+from flexarm_bringup.sim_run.study import SimResult
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tip_vibration import LAST_PART
 

@@ -10,7 +10,8 @@ from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Column, Page, Table
 from flexarm_bringup.processes.machine_speed import in_words
 from flexarm_bringup.residual import decibels
-from flexarm_bringup.sim_run.study import NOMINAL, SimResult
+from flexarm_bringup.sim_run.conditions import NOMINAL
+from flexarm_bringup.sim_run.study import SimResult
 from flexarm_bringup.tasks.task import Task, other_law
 from flexarm_model.manipulator.description import ManipulatorConfig
 

@@ -18,6 +18,7 @@ from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
+from flexarm_bringup.sim_run.conditions import CONDITIONS, NOMINAL, describe_idle, idle_conditions
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import Course, Leg, plan_course
 from flexarm_bringup.tasks.driven_arm import load_driven
@@ -39,14 +40,6 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 Array = NDArray[np.float64]
 LAWS = ("pd", "mpc")
 SEED = RigSettings().seed
-NOMINAL = "as described"
-CONDITIONS = {
-    NOMINAL: RigSettings(),
-    "mass +20 %": RigSettings(body_mass_scale=1.2),
-    "stiffness -20 %": RigSettings(frequency_scale=float(np.sqrt(0.8))),
-    "frequency -10 %": RigSettings(frequency_scale=0.9),
-    "frequency +10 %": RigSettings(frequency_scale=1.1),
-}
 SAME_POSE = 6  # digits after the point [rad or m]
 MOST_LOST = 0.1  # share of the periods without a state or plan; the first ones wait for the camera
 
@@ -98,7 +91,8 @@ class SimResult:
         legs: Every move.
         effort: What it took.
         trace: What the tip did.
-        told: Of the control rate, and of what in the description does not fit the settings.
+        told: Of the control rate, of what in the description does not fit the settings, and of what the rig
+            cannot change of the arm.
         refusals: Why the controller node would not let the arm move from where it rests, at the start and
             after the moves; of the arm as described alone, empty where it would.
     """
@@ -134,6 +128,8 @@ def lost_state(effort: Effort) -> str:
 def sim_jobs(task: Task, presets: Sequence[str], conditions: Sequence[str], seed: int = SEED) -> list[SimJob]:
     """Return everything there is to run: the first preset in all conditions, the others as described.
 
+    Conditions that change nothing of the arm are left out.
+
     Args:
         task: What the arm does.
         presets: Of its description.
@@ -148,7 +144,8 @@ def sim_jobs(task: Task, presets: Sequence[str], conditions: Sequence[str], seed
     for i, preset in enumerate(presets):
         config = load_driven(task.manipulator, preset)
         course = plan_course(StaticArm(ReducedTree(config)), task, 1 / config.rate_hz)
-        wanted = conditions if i == 0 else [name for name in conditions if name == NOMINAL]
+        idle = idle_conditions(config) if i == 0 else [name for name in conditions if name != NOMINAL]
+        wanted = [name for name in conditions if name not in idle]
         jobs += [SimJob(task, preset, condition, course, seed=seed) for condition in wanted]
     return jobs
 
@@ -174,6 +171,7 @@ def run_sim_job(job: SimJob) -> list[SimResult]:
         trace = _trace(ticks, config)
         legs = tuple(judge_leg(leg, trace, job) for leg in job.course.legs)
         told = *describe_rate(config.rate_hz, omega), *late_sensors(config.sensors, settings.estimator)
+        told = *told, *describe_idle(config)
         refusals = _refusals(job, config, settings) if job.condition == NOMINAL else ()
         results.append(SimResult(job.preset, job.condition, law, legs, effort, trace, told, refusals))
     return results
