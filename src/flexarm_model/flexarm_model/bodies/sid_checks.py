@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.bodies.sid_mass import PRINTED
 from flexarm_model.bodies.sid_taylor import Taylor
 from flexarm_model.bodies.sid_terms import sid_matrices
 from flexarm_model.bodies.sid_text import Block
@@ -16,7 +17,6 @@ from flexarm_model.numeric.dense import eigh
 Array = NDArray[np.float64]
 
 NOT_NEGATIVE = ("J", "Me", "Ke", "De")
-PRINTED = 1e-6  # of a matrix' largest value: what six digits of other programs leave undecided
 SAME = 1e-9  # of a matrix' largest value: what computing it twice may differ by
 FREQUENCIES = 1e-3  # relative; of a body's modes by its elements and by the integrals over them
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from flexarm_model.bodies.sid_checks import check_matrices, check_own, matrix_shapes, own_frequencies
+from flexarm_model.bodies.sid_mass import check_energy
 from flexarm_model.bodies.sid_taylor import Taylor, format_taylor, read_taylor
 from flexarm_model.bodies.sid_terms import sid_integrals, sid_matrices
 from flexarm_model.bodies.sid_text import Block, format_array, parse_blocks
@@ -62,12 +63,21 @@ def read_sid(path: Path | str) -> Superelement:
     check_matrices(modal, matrices)
     nodes = {block.label: _read_node(block, n) for block in modal.block("frame").blocks}
     if own is None:
-        s, P = sid_integrals(matrices)
-        omega, mass = own_frequencies(modal, matrices), modal.block("refmod").number("mass")
-        return Superelement(path.stem, mass, s, P, omega, matrices["Ke"].m0, matrices["De"].m0, nodes)
-    body = _read_own(own, modal, matrices, nodes)
-    check_own(own, modal, matrices, body)
+        body = _make_body(path.stem, modal, matrices, nodes)
+    else:
+        body = _read_own(own, modal, matrices, nodes)
+        check_own(own, modal, matrices, body)
+    check_energy(modal, matrices)
     return body
+
+
+def _make_body(
+    name: str, modal: Block, matrices: dict[str, Taylor], nodes: dict[str, NodeShape]
+) -> Superelement:
+    """Return the superelement that the matrices alone stand for."""
+    s, P = sid_integrals(matrices)
+    omega, mass = own_frequencies(modal, matrices), modal.block("refmod").number("mass")
+    return Superelement(name, mass, s, P, omega, matrices["Ke"].m0, matrices["De"].m0, nodes)
 
 
 def _read_own(
