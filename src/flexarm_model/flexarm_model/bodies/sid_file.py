@@ -17,7 +17,7 @@ from flexarm_model.bodies.sid_checks import check_matrices, check_own, matrix_sh
 from flexarm_model.bodies.sid_mass import check_energy
 from flexarm_model.bodies.sid_taylor import Taylor, format_taylor, read_taylor
 from flexarm_model.bodies.sid_terms import sid_integrals, sid_matrices
-from flexarm_model.bodies.sid_text import Block, format_array, parse_blocks
+from flexarm_model.bodies.sid_text import Block, format_array, format_text, parse_blocks
 from flexarm_model.bodies.superelement import NodeShape, Superelement, pairs
 from flexarm_model.numeric.rotation import skew
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -34,6 +34,7 @@ def write_sid(body: Superelement, path: Path | str) -> None:
 
     Raises:
         OSError: The file cannot be written.
+        ConfigError: A name cannot be written.
     """
     lines = [*_part(body), *_own(body)]
     lines += [f"digest = {_hash(lines)}", f"end {_OWN}"]
@@ -110,7 +111,7 @@ def _part(body: Superelement) -> Iterator[str]:
     )
     yield from ("end refmod", "frame")
     for name, node in body.nodes.items():
-        yield from (f"new node = {name}", "rframe = body ref")
+        yield from (f"new node = {format_text(name)}", "rframe = body ref")
         for key, matrix in _node_matrices(node).items():
             yield from format_taylor(key, matrix, n)
         yield "end node"
@@ -123,7 +124,7 @@ def _part(body: Superelement) -> Iterator[str]:
 def _own(body: Superelement) -> Iterator[str]:
     """Yield the lines of what only flexarm knows, without their end."""
     strain = np.array([node.strain for node in body.nodes.values()]).reshape(len(body.nodes), 3, body.n)
-    yield from (_OWN, f"version = {_VERSION}", f"name = {body.name}")
+    yield from (_OWN, f"version = {_VERSION}", f"name = {format_text(body.name)}")
     yield f"fields = {body.s.shape[0]}"
     yield f"damping_ratio = {float(body.damping_ratio)!r}"
     yield f"damping_rate = {float(body.damping_rate)!r}"

@@ -7,9 +7,11 @@
         nrow = 3                     a key
         m0( 1, 1) = 0.25             an entry; those that are not given are zero
       end mdCM
-    end modal
+    end modal               ! a comment
 
-Nothing may be given twice. Numbers are written so that they read back bit for bit.
+A comment begins with ``!`` or ``#`` where a line or a word begins; inside a word, or between double quotes
+about a text, both are part of it. Between words stand any blanks. Nothing may be given twice. Numbers are
+written so that they read back bit for bit.
 """
 
 from __future__ import annotations
@@ -28,6 +30,8 @@ from flexarm_model.settings.strict_yaml import ConfigError
 Array = NDArray[np.float64]
 Index = tuple[int, ...]
 
+_QUOTED_OR_COMMENT = re.compile(r'("[^"]*")|(?:^|(?<=\s))[!#].*')
+_NEW = re.compile(r"new\s+")
 _ENTRY = re.compile(r"(\w+)\s*\((.*?)\)\s*=\s*(.*)")
 _INDEX = re.compile(r"\s*\d{1,9}\s*(,\s*\d{1,9}\s*)*")
 
@@ -178,25 +182,47 @@ def parse_blocks(path: Path, lines: Iterable[str]) -> Block:
     """
     stack = [Block(path, 1, "")]
     for number, raw in enumerate(lines, 1):
-        line, top = raw.strip(), stack[-1]
-        entry = _ENTRY.fullmatch(line)
-        if not line or line.startswith(("!", "#")):
+        line, top = _without_comment(raw), stack[-1]
+        words, entry, new = line.split(), _ENTRY.fullmatch(line), _NEW.match(line)
+        if not words:
             continue
-        if line == "end" or line.startswith("end "):
-            if len(stack) == 1 or line[4:].split(" ")[0] not in ("", top.name):
+        if words[0] == "end":
+            if len(stack) == 1 or words[1:2] not in ([], [top.name]):
                 raise top.error(f"'{line}' closes no block", number)
             stack.pop()
         elif entry:
             top.add_entry(entry[1], _read_index(entry[2], top, number), entry[3], number)
-        elif "=" in line and not line.startswith("new "):
+        elif "=" in line and not new:
             key, _, value = line.partition("=")
-            top.add_value(key.strip(), value.strip(), number)
+            top.add_value(key.strip(), _unquoted(value), number)
         else:
-            name, _, label = line.removeprefix("new ").partition("=")
-            stack.append(top.add_block(name.strip(), label.strip(), number))
+            name, _, label = line[new.end() if new else 0 :].partition("=")
+            stack.append(top.add_block(name.strip(), _unquoted(label), number))
     if len(stack) > 1:
         raise stack[-1].error(f"is not closed by 'end {stack[-1].name}'")
     return stack[0]
+
+
+def format_text(text: str) -> str:
+    """Return a text as it reads back: between quotes where it holds what begins a comment.
+
+    Raises:
+        ConfigError: It would need quotes and holds one.
+    """
+    if _without_comment(text) == text and not text.startswith('"'):
+        return text
+    if '"' in text:
+        raise ConfigError(f"name '{text}': cannot be written; expected one without a double quote")
+    return f'"{text}"'
+
+
+def _without_comment(line: str) -> str:
+    return _QUOTED_OR_COMMENT.sub(lambda found: found[1] or "", line).strip()
+
+
+def _unquoted(text: str) -> str:
+    plain = text.strip()
+    return plain[1:-1] if len(plain) > 1 and plain[0] == plain[-1] == '"' else plain
 
 
 def _read_index(text: str, block: Block, line: int) -> Index:
