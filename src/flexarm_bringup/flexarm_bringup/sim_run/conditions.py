@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import pickle
-from dataclasses import replace
 
 import numpy as np
 
-from flexarm_bringup.sim.perturb import PlantSettings, perturb
+from flexarm_bringup.sim.perturb import perturb
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_model.manipulator.body_spec import Body, RigidBody
+from flexarm_model.bodies.model_order import bodies_without_more
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 NOMINAL = "as described"
@@ -34,16 +33,10 @@ def describe_idle(config: ManipulatorConfig) -> list[str]:
     idle, told = idle_conditions(config), []
     if idle:
         told.append(f"not simulated, for nothing of the arm would change: {', '.join(idle)}")
-    if bodies := _without_further_modes(config):
+    if bodies := bodies_without_more(config):
         told.append(f"the rig has no more modes than are described of: {', '.join(bodies)}")
     return told
 
 
-def _without_further_modes(config: ManipulatorConfig) -> list[str]:
-    fewer, more = (perturb(config, replace(PlantSettings(), extra_modes=k)).bodies for k in (0, 1))
-    bending = [name for name, body in config.bodies.items() if not isinstance(body, RigidBody)]
-    return [name for name in bending if _written(fewer[name]) == _written(more[name])]
-
-
-def _written(item: ManipulatorConfig | Body) -> bytes:
-    return pickle.dumps(item)  # exact, and names every value
+def _written(config: ManipulatorConfig) -> bytes:
+    return pickle.dumps(config)  # exact, and names every value
