@@ -15,6 +15,7 @@ from scipy import io, sparse
 from flexarm_model.bodies.beam import BeamMesh
 from flexarm_model.bodies.body_reduction import reduce_body
 from flexarm_model.bodies.reduction import mode_basis
+from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.fe_import.fe_model import FeModel, load_model
 from flexarm_model.fe_import.hexahedra import Solid
 from flexarm_model.fe_import.volume_integrals import volume_integrals
@@ -179,15 +180,21 @@ def test_a_grounded_body_is_refused(tmp_path: Path) -> None:
         reduce_body(load_body(tmp_path, Solid(solid.x, solid.M, held.tocsr())), BOTH)
 
 
-def test_integrals_of_nodal_rotations_are_exact_where_they_claim_to_be() -> None:
-    """Our own beam's matrices as an import; its integrals over the sections are the oracle."""
-    beam = replace(bar(KINDS, elements=24), reduction=Reduction("craig_bampton", 4, "clamped"))
-    exact, mesh = reduce_body(beam, {"root"}), BeamMesh(beam, ["root"])
+def imported_bar(elements: int) -> tuple[Superelement, FeModel, Array, Array]:
+    """Return our own beam reduced, its matrices as an import, its modes there and their frequencies."""
+    beam = replace(bar(KINDS, elements=elements), reduction=Reduction("craig_bampton", 4, "clamped"))
+    mesh = BeamMesh(beam, ["root"])
     M, K = mesh.matrices()
     modes = np.zeros((mesh.n_dof, 4))
     modes[6:], omega = mode_basis(M[6:, 6:], K[6:, 6:], np.eye(mesh.n_dof - 6), 4)
     x = np.column_stack([mesh.nodes, np.zeros((mesh.nodes.size, 2))])
-    s, P = volume_integrals(FeModel("bar", x, M, K, None), modes)
+    return reduce_body(beam, {"root"}), FeModel("bar", x, M, K, None), modes, omega
+
+
+def test_integrals_of_nodal_rotations_are_exact_where_they_claim_to_be() -> None:
+    """The integrals over the sections of our own beam are the oracle."""
+    exact, mesh, modes, omega = imported_bar(24)
+    s, P = volume_integrals(mesh, modes)
     assert omega == pytest.approx(exact.omega, rel=1e-9)
     assert s == pytest.approx(exact.s[:5], abs=1e-9)
     assert P[0, 0] == pytest.approx(exact.P[0, 0], rel=1e-9, abs=1e-12)
@@ -200,13 +207,8 @@ def test_integrals_of_nodal_rotations_are_exact_where_they_claim_to_be() -> None
 @pytest.mark.parametrize("elements", [3, 24])
 def test_a_straight_beam_s_centrifugal_forces_do_not_hang_on_its_mesh(elements: int) -> None:
     """Of three elements the mean of the translational blocks took 12 % of them across, where nothing lies."""
-    beam = replace(bar(KINDS, elements=elements), reduction=Reduction("craig_bampton", 4, "clamped"))
-    exact, mesh = reduce_body(beam, {"root"}), BeamMesh(beam, ["root"])
-    M, K = mesh.matrices()
-    modes = np.zeros((mesh.n_dof, 4))
-    modes[6:], _ = mode_basis(M[6:, 6:], K[6:, 6:], np.eye(mesh.n_dof - 6), 4)
-    x = np.column_stack([mesh.nodes, np.zeros((mesh.nodes.size, 2))])
-    _, P = volume_integrals(FeModel("bar", x, M, K, None), modes)
+    exact, mesh, modes, _ = imported_bar(elements)
+    _, P = volume_integrals(mesh, modes)
     assert P[0, 1:] == pytest.approx(exact.P[0, 1:5], abs=2e-4)  # the sections' own inertia
 
 
