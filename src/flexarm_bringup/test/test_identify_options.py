@@ -141,7 +141,7 @@ def test_every_other_pose_has_its_own_model_beside(monkeypatch: pytest.MonkeyPat
 
     def identify(source: object, request: run.Request) -> SimpleNamespace:
         asked.append(request)
-        return SimpleNamespace(found=SimpleNamespace(fit="of it"))
+        return SimpleNamespace(own_fit="of it")
 
     monkeypatch.setattr(other_poses, "identify", identify)
     monkeypatch.setattr(other_poses, "read_sources", lambda *_, **__: None)

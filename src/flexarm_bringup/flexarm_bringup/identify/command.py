@@ -180,7 +180,8 @@ def _with_update(
 ) -> Page:
     if not args.fit:
         return page
-    if result.found.fit is None:
+    fit = result.own_fit
+    if fit is None:
         raise ValueError("no mode was identified: there is nothing to fit to")
     if halves is not None and halves.fit.refusal:
         raise ValueError(f"the identified model is refused, nothing is fitted to it: {halves.fit.refusal}")
@@ -188,7 +189,7 @@ def _with_update(
         args.manipulator, args.preset, tuple(args.fit), tuple(args.pose), args.motors == "locked",
         args.update, () if result.is_reciprocal else result.responses.outputs,
     )  # fmt: skip
-    update, test = fit_description(fitting, result.found.fit, others)
+    update, test = fit_description(fitting, fit, others)
     sources = [*args.files, *map(file_of, args.also)]
     page = add_to(page, update, write_description(fitting, update, sources), test)
     if args.retune is None:

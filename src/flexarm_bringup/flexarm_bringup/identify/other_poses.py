@@ -36,7 +36,7 @@ def read_pose(text: str, kind: str, averaging: Averaging, request: Request) -> t
     pose, path = _split(text)
     there = replace(request, pose=tuple(pose.tolist()))
     arm = load_config(find_manipulator(request.manipulator), request.preset)
-    fit = identify(read_sources([path], kind, averaging, arm=arm), there).found.fit
+    fit = identify(read_sources([path], kind, averaging, arm=arm), there).own_fit
     if fit is None:
         raise SourceError(f"--also {path}: no mode was identified")
     return pose, fit

@@ -25,6 +25,7 @@ MANY_LINES = 5000  # over which the chart's orders hardly show a mode of a few l
 MOST_LEFT = 20.0  # of the responses, beyond which the modes are not what was measured [%]
 NEEDED_LINES = 1.0  # per bandwidth, for a damping that the data hold
 KNOWN = 0.1  # sigma of a damping over it, up to which it is known
+PERHAPS = "of a faster mode?"  # a pole that a mode above half the rate explains best
 WINDOWED_LINES = 6.0  # the same where a window has widened the resonance: below, it reads too high
 
 
@@ -73,7 +74,8 @@ def _modes(result: Result, fit: PoleFit) -> Table:
         rows.append([
             i + 1, float(f), float(f_std[i]), PERCENT * float(zeta), PERCENT * float(zeta_std[i]),
             float(fit.lines_per_bandwidth[i]),
-            _knowledge(result, float(fit.lines_per_bandwidth[i]), float(zeta), float(zeta_std[i])),
+            PERHAPS if result.mirrored[i]
+            else _knowledge(result, float(fit.lines_per_bandwidth[i]), float(zeta), float(zeta_std[i])),
             PERCENT * _collinearity(_shape(result, i)),
         ])  # fmt: skip
     notes = [
@@ -83,8 +85,19 @@ def _modes(result: Result, fit: PoleFit) -> Table:
         f"with less than a line per bandwidth ({WINDOWED_LINES:g} behind a window) damping rests on the "
         "leakage, and ± tells noise only",
         f"a damping is known where its ± is at most {PERCENT * KNOWN:g} % of it",
+        *_faster(result, fit),
     ]
     return Table("Modes", heads, rows, notes)
+
+
+def _faster(result: Result, fit: PoleFit) -> list[str]:
+    """Return of which modes the poles are perhaps the mirror images."""
+    return [
+        f"{f:.2f} Hz is perhaps the mode of {faster.f_hz:.1f} Hz, sampled at {faster.rate_hz:g} Hz: "
+        f"it shows at {faster.seen_hz:.1f} Hz; nothing is fitted to it"
+        for f, faster in zip(fit.model.f_hz, result.mirrored, strict=True)
+        if faster
+    ]
 
 
 def _knowledge(result: Result, lines: float, zeta: float, zeta_std: float) -> str:
@@ -124,8 +137,9 @@ def _beside(result: Result, fit: PoleFit) -> Table:
         Column("model\n[Hz]", ".4f"), Column("measured over\nmodel [%]", "+.2f"),
     ]  # fmt: skip
     rows: list[Cells] = []
-    for f, simple in zip(fit.model.f_hz, result.half_power, strict=True):
-        single, model = (_nearest(values, float(f)) for values in (result.single_hz, result.model_hz))
+    for f, simple, faster in zip(fit.model.f_hz, result.half_power, result.mirrored, strict=True):
+        single = _nearest(result.single_hz, float(f))
+        model = None if faster else _nearest(result.model_hz, float(f))
         rows.append([
             float(f), simple.f_hz if simple else None, PERCENT * simple.zeta if simple else None, single,
             model, PERCENT * (float(f) / model - 1) if model else None,

@@ -16,6 +16,7 @@ from scipy.linalg import eigh
 
 from flexarm_bringup.identify.heard_outputs import band_of, deaf_outputs, sizes_of
 from flexarm_bringup.identify.measurement import Responses
+from flexarm_bringup.identify.mirrored import Mirrored, Sampled, mirrored_modes, without_mirrored
 from flexarm_bringup.identify.sources import Source
 from flexarm_model.identification.automatic import Identified, identify_modes, orders_for
 from flexarm_model.identification.bootstrap import Scatter, bootstrap
@@ -83,6 +84,7 @@ class Result:
         band_hz: The band [Hz].
         least_coherence: Lines below it did not count [1].
         unsure: Modes left out, since their frequency is not known to their bandwidth.
+        mirrored: Per mode the described one above half the rate that it perhaps is; None where it is none.
     """
 
     source: Source
@@ -100,6 +102,12 @@ class Result:
     band_hz: tuple[float, float]
     least_coherence: float = 0.0
     unsure: tuple[Unsure, ...] = ()
+    mirrored: tuple[Mirrored | None, ...] = ()
+
+    @property
+    def own_fit(self) -> PoleFit | None:
+        """The modes less those that perhaps are faster ones; None where there are none."""
+        return without_mirrored(self.found.fit, self.mirrored)
 
     @property
     def is_windowed(self) -> bool:
@@ -153,6 +161,7 @@ def identify(source: Source, request: Request) -> Result:
         held.scatter, held.methods,
         tuple(_half_power(responses, frf, f_hz) for f_hz in frequencies),
         _single(fitted, weight), model_hz, deaf, (low, high), request.coherence, held.unsure,
+        _mirrored(fit, source.rate_hz, request, () if is_reciprocal else responses.outputs),
     )  # fmt: skip
 
 
@@ -215,3 +224,14 @@ def _model(request: Request) -> tuple[float, ...]:
     free = np.sqrt(np.maximum(eigh(model.K, model.M, eigvals_only=True), 0.0))
     omega = model.omega if request.motors_locked else free
     return tuple(float(value) for value in omega / (2 * np.pi) if value > 2 * np.pi * RIGID_HZ)
+
+
+def _mirrored(
+    fit: PoleFit | None, rate_hz: float, request: Request, outputs: tuple[str, ...]
+) -> tuple[Mirrored | None, ...]:
+    """Return per mode what it perhaps is instead, as far as arm and rate are known."""
+    if fit is None or not request.manipulator or not rate_hz:
+        return (None,) * (fit.model.poles.size if fit else 0)
+    config = load_config(find_manipulator(request.manipulator), request.preset)
+    pose = np.array(request.pose) if request.pose else None
+    return mirrored_modes(fit, Sampled(config, pose, request.motors_locked, rate_hz, outputs))

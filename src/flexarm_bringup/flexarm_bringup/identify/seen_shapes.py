@@ -38,7 +38,7 @@ class SeenShapes:
         """Return a table of modes with their shapes, as far as both stand alone."""
         described = self.described({}, table.pose)
         size = np.maximum(abs(described).max(axis=0), np.finfo(float).tiny)
-        found = in_size(_real_shapes(fit)[:, list(self.columns)], size)
+        found = in_size(real_shapes(fit)[:, list(self.columns)], size)
         shapes = np.full((table.f_hz.size, len(self.columns)), np.nan)
         for mode, f_hz in enumerate(table.f_hz):
             if np.isfinite(f_hz):
@@ -66,7 +66,7 @@ def find_channels(
     return tuple(i for i, _ in found), tuple(name for _, name in found)
 
 
-def _real_shapes(fit: PoleFit) -> Array:
+def real_shapes(fit: PoleFit) -> Array:
     """Return the real shapes of the identified modes, (r, n_out)."""
     residues = fit.model.residues  # (r, n_out, n_in)
     strongest = np.argmax(np.linalg.norm(residues, axis=1), axis=1)

@@ -49,6 +49,7 @@ class Source:
         lobe_lines: Width of the main lobe of the window behind which blocks were cut [lines]; 0 without one.
         remarks: What the reader should know of it.
         records: What the responses were made of, where there were records.
+        rate_hz: Samples per second of the records; 0 without any, or where they differ [Hz].
     """
 
     responses: Responses
@@ -57,6 +58,7 @@ class Source:
     lobe_lines: float = 0.0
     remarks: tuple[str, ...] = ()
     records: tuple[Records, ...] = ()
+    rate_hz: float = 0.0
 
 
 def read_sources(
@@ -155,6 +157,7 @@ def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
         sources[0].estimator,
         max(source.lobe_lines for source in sources),
         told,
+        rate_hz=sources[0].rate_hz if len({source.rate_hz for source in sources}) == 1 else 0.0,
     )
 
 
@@ -196,7 +199,7 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
         *fed_back,
         *dict.fromkeys(remark for run in records for remark in run.remarks),
     )
-    return Source(responses, None if few else draw, estimator, lobe, told, tuple(records))
+    return Source(responses, None if few else draw, estimator, lobe, told, tuple(records), first.rate_hz)
 
 
 def _responses(measured: MeasuredFrf, like: Records) -> Responses:

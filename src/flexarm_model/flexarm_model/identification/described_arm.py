@@ -77,7 +77,7 @@ class DescribedArm:
         if key not in self._given:
             if len(self._given) >= KEPT:
                 self._given.pop(next(iter(self._given)))
-            self._given[key] = self._solve(self._tree(values), pose)
+            self._given[key] = arm_modes(self._tree(values), pose, self._motors_locked)
         return self._given[key]
 
     def _tree(self, values: tuple[tuple[str, str | float], ...]) -> ReducedTree:
@@ -87,16 +87,27 @@ class DescribedArm:
             self._last = values, ReducedTree(config, use_compiler=False, reduce=self._reduce)
         return self._last[1]
 
-    def _solve(self, tree: ReducedTree, pose: Array) -> ArmModes:
-        every = tree.n_q - tree.loops.dependent.size - len(tree.actuated)
-        model = linearize(tree, pose, every)
-        first = model.n_theta if self._motors_locked else 0
-        M, D, K = (matrix[first:, first:] for matrix in (model.M, model.D, model.K))
-        squares, phi = eigh(K, M) if len(K) else (np.zeros(0), np.zeros((0, 0)))
-        slowest = max(2 * np.pi * RIGID_HZ, ROUNDING * float(np.sqrt(abs(squares).max(initial=0.0))))
-        elastic = squares > slowest**2
-        omega, phi = np.sqrt(squares[elastic]), phi[:, elastic]
-        zeta = np.einsum("ir,ij,jr->r", phi, D, phi) / (2 * omega)
-        shapes = np.zeros((model.M.shape[0], omega.size))
-        shapes[first:] = phi
-        return ArmModes(omega, zeta, shapes, model.outputs)
+
+def arm_modes(tree: ReducedTree, pose: Array | None, motors_locked: bool) -> ArmModes:
+    """Return all modes of an arm at a pose.
+
+    Args:
+        tree: Its dynamics.
+        pose: Actuated axes [rad or m], (n_theta,); None is the home pose.
+        motors_locked: With the actuated axes held instead of free.
+
+    Raises:
+        PoseError, ClosureError: There is no model at this pose.
+    """
+    every = tree.n_q - tree.loops.dependent.size - len(tree.actuated)
+    model = linearize(tree, pose, every)
+    first = model.n_theta if motors_locked else 0
+    M, D, K = (matrix[first:, first:] for matrix in (model.M, model.D, model.K))
+    squares, phi = eigh(K, M) if len(K) else (np.zeros(0), np.zeros((0, 0)))
+    slowest = max(2 * np.pi * RIGID_HZ, ROUNDING * float(np.sqrt(abs(squares).max(initial=0.0))))
+    elastic = squares > slowest**2
+    omega, phi = np.sqrt(squares[elastic]), phi[:, elastic]
+    zeta = np.einsum("ir,ij,jr->r", phi, D, phi) / (2 * omega)
+    shapes = np.zeros((model.M.shape[0], omega.size))
+    shapes[first:] = phi
+    return ArmModes(omega, zeta, shapes, model.outputs)

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.identification.described_arm import DescribedArm
+from flexarm_model.identification.described_arm import ArmModes, DescribedArm
 
 Array = NDArray[np.float64]
 
@@ -40,12 +40,20 @@ def described_shapes(
 
     def shapes(changes: Mapping[str, str | float], pose: Array) -> Array:
         """Return the shapes of the changed arm at a pose."""
-        modes = described.modes(changes, pose)
-        rows = [modes.outputs.names.index(output) for output in outputs]
-        moved, accelerated = (C[rows] @ modes.shapes for C in (modes.outputs.C_pos, modes.outputs.C_acc))
-        return np.asarray((moved - modes.omega**2 * accelerated).T)
+        return seen_at(described.modes(changes, pose), outputs)
 
     return shapes
+
+
+def seen_at(modes: ArmModes, outputs: Sequence[str]) -> Array:
+    """Return what outputs see of modes, not scaled, (modes, n_out).
+
+    Raises:
+        ValueError: One of the outputs does not exist.
+    """
+    rows = [modes.outputs.names.index(output) for output in outputs]
+    moved, accelerated = (C[rows] @ modes.shapes for C in (modes.outputs.C_pos, modes.outputs.C_acc))
+    return np.asarray((moved - modes.omega**2 * accelerated).T)
 
 
 def in_size(shapes: Array, size: Array) -> Array:
