@@ -64,3 +64,11 @@ def test_of_two_that_contradict_each_other_the_nearer_one_is_kept(
     again = match_again(described, first, fit)
     assert again.f_hz[np.isfinite(again.f_hz)].tolist() == [kept]
     assert strangers([first], [again]) == tuple(f for f in f_hz if f != kept)
+
+
+def test_a_fit_tells_how_many_models_it_has_made() -> None:
+    """Of an arm with loops it makes hundreds: minutes without a word."""
+    said = list[str]()
+    fit = identified(*0.9 * described_modes(TWO_LINK, "", False)({}, load_config(TWO_LINK).home)[0][:2])
+    fit_description(Fitting(str(TWO_LINK), "", MODULI), fit, say=said.append)
+    assert len(said) > 5 and said == [f"fitting the description: model {i + 1}" for i in range(len(said))]

@@ -189,12 +189,15 @@ def _with_update(
         args.manipulator, args.preset, tuple(args.fit), tuple(args.pose), args.motors == "locked",
         args.update, () if result.is_reciprocal else result.responses.outputs,
     )  # fmt: skip
-    update, test = fit_description(fitting, fit, others)
+    progress = Progress()
+    try:
+        update, test = fit_description(fitting, fit, others, progress.say)
+    finally:
+        progress.done()
     sources = [*args.files, *map(file_of, args.also)]
     page = add_to(page, update, write_description(fitting, update, sources), test)
     if args.retune is None:
         return page
-    progress = Progress()
     retuned = retune(args.manipulator, args.preset, args.update, update, args.retune, progress.say)
     progress.done()
     return retuned(page)

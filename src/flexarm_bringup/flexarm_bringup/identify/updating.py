@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -39,6 +39,7 @@ from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+Say = Callable[[str], None]
 SPREAD = 0.3  # one sigma of a parameter's relative error when nobody says [1]
 PERCENT = 100.0
 ROUNDS = 5  # of pairing modes and fitting, at most
@@ -68,7 +69,7 @@ class Fitting:
 
 
 def fit_description(
-    fitting: Fitting, fit: PoleFit, others: Sequence[tuple[Array, PoleFit]] = ()
+    fitting: Fitting, fit: PoleFit, others: Sequence[tuple[Array, PoleFit]] = (), say: Say = lambda text: None
 ) -> tuple[Update, PoseTest | None]:
     """Fit the parameters to the identified modes, and test them where there are poses to test them at.
 
@@ -76,13 +77,19 @@ def fit_description(
         fitting: What is fitted.
         fit: Modes at the fitting's pose.
         others: Other poses [rad or m], (n_theta,) each, and the modes there.
+        say: Is told how many models were made so far.
 
     Raises:
         ValueError: A parameter does not exist, or no mode of the description is near an identified one.
     """
     path = find_manipulator(fitting.manipulator)
     pose = np.array(fitting.pose) if fitting.pose else load_config(path, fitting.preset).home
-    arm = DescribedArm(path, fitting.preset, fitting.motors_locked)
+
+    def count(models: int) -> None:
+        """Tell how many models were made."""
+        say(f"fitting the description: model {models}")
+
+    arm = DescribedArm(path, fitting.preset, fitting.motors_locked, count)
     modes_of = described_modes(path, fitting.preset, fitting.motors_locked, arm)
     unknowns = read_unknowns(fitting.manipulator, fitting.preset, fitting.parameters)
     first = [match(modes_of({}, at)[0], at, modes) for at, modes in [(pose, fit), *others]]
@@ -91,8 +98,8 @@ def fit_description(
     tables = first
     for _ in range(ROUNDS):
         with_shapes = tables if at_sensors is None else [at_sensors.told(tables[0], fit), *tables[1:]]
-        told, kept_back = split_poses(with_shapes)
-        update = update_model(serve, unknowns, told)
+        fitted, kept_back = split_poses(with_shapes)
+        update = update_model(serve, unknowns, fitted)
         again = _paired_again(modes_of, update, tables, [fit, *(modes for _, modes in others)])
         if all(map(is_same, again, tables)):
             break

@@ -6,7 +6,7 @@ dynamics are not compiled: they are needed once per set of values.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,14 +52,22 @@ class ArmModes:
 class DescribedArm:
     """A description whose values change; an answer that was given is kept."""
 
-    def __init__(self, path: Path, preset: str, motors_locked: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        preset: str,
+        motors_locked: bool,
+        on_model: Callable[[int], None] = lambda count: None,
+    ) -> None:
         """Take a description.
 
         Args:
             path: Its file.
             preset: Its preset.
             motors_locked: Modes with the actuated axes held, as under a brake, instead of free.
+            on_model: Is told the number of every model before it is made, from 1 on.
         """
+        self._on_model, self._count = on_model, 0
         self._path, self._preset, self._motors_locked = path, preset, motors_locked
         self._given: dict[tuple[object, ...], ArmModes] = {}
         self._last: tuple[object, ReducedTree] | None = None
@@ -77,6 +85,8 @@ class DescribedArm:
         if key not in self._given:
             if len(self._given) >= KEPT:
                 self._given.pop(next(iter(self._given)))
+            self._count += 1
+            self._on_model(self._count)
             self._given[key] = arm_modes(self._tree(values), pose, self._motors_locked)
         return self._given[key]
 
