@@ -217,7 +217,8 @@ def test_masses_beside_their_nodes_pull_as_they_do_there() -> None:
     rng = np.random.default_rng(7)
     x, levers, m = rng.standard_normal((5, 3)), rng.standard_normal((5, 3)), rng.uniform(0.1, 1.0, 5)
     carried = np.array([np.hstack([np.eye(3), -skew(e)]) for e in levers])  # of what is on a lever
-    M = sparse.block_diag(m[:, None, None] * carried.transpose(0, 2, 1) @ carried, format="csr")
+    blocks = m[:, None, None] * carried.transpose(0, 2, 1) @ carried
+    M = sparse.block_diag([sparse.coo_array(block) for block in blocks], format="csr")
     modes = rng.standard_normal((30, 4))
     s, P = volume_integrals(FeModel("masses", x, M, M, None), modes)
     places, moved = x + levers, np.einsum("kij,kja->aki", carried, modes.reshape(5, 6, 4))
