@@ -197,7 +197,7 @@ def test_nothing_to_recover_ends_with_2_and_one_line(
     broken.mkdir()
     for content, reason in (
         (None, "has 0 MCAP files"),
-        (b"", "is not an MCAP"),
+        (b"", "is empty: the recorder ended before anything was written"),
         (b"\x89MCAP0\r\n", "no whole"),
     ):
         if content is not None:

@@ -98,8 +98,10 @@ class _Stream:
         """Read a file.
 
         Raises:
-            BagError: It is not MCAP.
+            BagError: It is empty, or not MCAP.
         """
+        if not data:
+            raise BagError(f"{self.path}: is empty: the recorder ended before anything was written")
         if not data.startswith(MAGIC):
             raise BagError(f"{self.path}: is not an MCAP file")
         content = memoryview(data)[len(MAGIC) :]
