@@ -12,7 +12,8 @@ from flexarm_model.bodies import body_reduction
 from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.described_modes import described_modes, read_unknown
-from flexarm_model.identification.model_update import ModeTable, update_model
+from flexarm_model.identification.mode_table import ModeTable
+from flexarm_model.identification.model_update import update_model
 from flexarm_model.manipulator.body_spec import Body
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator

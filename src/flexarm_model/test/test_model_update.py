@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from arms import SINGLE_LINK
+from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from flexarm_model.identification import model_update
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.described_shapes import described_shapes, in_size
 from flexarm_model.identification.loose_directions import loose_directions
-from flexarm_model.identification.model_update import (
-    ModeTable,
-    Unknown,
-    Update,
-    update_model,
-)
+from flexarm_model.identification.mode_table import ModeTable
+from flexarm_model.identification.model_update import Unknown, Update, update_model
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.linear_assembly import assemble
 from flexarm_model.served.linearize import linearize
@@ -35,6 +34,7 @@ TRUTH: dict[str, str | float] = {
     DAMPING: 0.028,
 }  # -25 %, +30 %, unknown
 HOME = np.zeros(1)
+Array = NDArray[np.float64]
 
 
 def unknown(path: str, spread: float = 0.3) -> Unknown:
@@ -74,6 +74,26 @@ def test_softer_strip_heavier_tip_and_damping_are_recovered_within_three_percent
     found = [float(str(update.changes[path]).split()[0]) for path in TRUTH]
     assert found == pytest.approx([156.375, 70.2, 0.028], rel=0.03)
     assert abs(update.before).max() > 0.05 and abs(update.after).max() < 1e-3
+
+
+def test_a_fit_that_does_not_come_to_rest_is_ended_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of an arm with two close pairs of modes it had made 734 models after four minutes, and went on."""
+    asked = []
+
+    def serve(changes: Mapping[str, str | float], pose: Array) -> tuple[Array, ...]:
+        """Return a frequency that hardly moves with its parameter near the answer."""
+        asked.append(x := np.log(float(changes["p"])))
+        return np.array([10.0 * np.exp(100.0 * (x - 0.5) ** 9)]), np.array([0.01])
+
+    nothing = np.full(1, np.nan)
+    table = ModeTable(HOME, np.array([10.0]), nothing, nothing, nothing)
+    update = update_model(serve, [Unknown("p", 1.0, "", 1e3)], [table])
+    assert update.is_settled and len(asked) > 30
+    asked.clear()
+    monkeypatch.setattr(model_update, "FIT_ROUNDS", 5)
+    update = update_model(serve, [Unknown("p", 1.0, "", 1e3)], [table])
+    assert not update.is_settled and len(asked) < 25
+    assert 0.1 < update.x[0] < 0.4
 
 
 CHANNELS = ("encoder.position", "tip_accelerometer.y")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flexarm_model.identification.model_update import ModeTable
+from flexarm_model.identification.mode_table import ModeTable
 from flexarm_model.identification.pose_split import check_poses, split_poses
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from flexarm_model.identification.model_update import ModeTable
+from flexarm_model.identification.mode_table import ModeTable
 from flexarm_model.modal.fit import PoleFit
 
 Array = NDArray[np.float64]

@@ -22,13 +22,8 @@ from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.described_shapes import described_shapes
 from flexarm_model.identification.loose_directions import loose_directions
-from flexarm_model.identification.model_update import (
-    ModeTable,
-    Serve,
-    Unknown,
-    Update,
-    update_model,
-)
+from flexarm_model.identification.mode_table import ModeTable
+from flexarm_model.identification.model_update import FIT_ROUNDS, Serve, Unknown, Update, update_model
 from flexarm_model.identification.pose_split import PoseTest, check_poses, split_poses
 from flexarm_model.identification.yaml_edit import add_items, edit_names, edit_values
 from flexarm_model.modal.fit import PoleFit
@@ -101,7 +96,7 @@ def fit_description(
         fitted, kept_back = split_poses(with_shapes)
         update = update_model(serve, unknowns, fitted)
         again = _paired_again(modes_of, update, tables, [fit, *(modes for _, modes in others)])
-        if all(map(is_same, again, tables)):
+        if all(map(is_same, again, tables)) or not update.is_settled:
             break
         tables = again
     update = replace(update, strangers=strangers(first, tables))
@@ -178,6 +173,8 @@ def update_table(update: Update) -> Table:
         f"{f:.4g} Hz is no mode of the fitted description: none of it is within {PERCENT * FITTED:.0f} %"
         for f in update.strangers
     ]
+    if not update.is_settled:
+        notes.append(f"the fit still moved after {FIT_ROUNDS} rounds and was ended: name fewer parameters")
     notes += [f"stepped back from values without a model: {trial}" for trial in update.refused[-1:]]
     return Table("Description fitted to the modes", heads, rows, notes)
 

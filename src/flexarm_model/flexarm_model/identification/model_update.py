@@ -15,20 +15,21 @@ buckles say, are stepped back from, and told.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from flexarm_model.identification.described_shapes import in_size
-from flexarm_model.modal.read_only import lock_arrays
+from flexarm_model.identification.mode_table import ModeTable
 
 Array = NDArray[np.float64]
 IDENTIFIED = 0.5  # posterior over prior sigma up to which the data have told a parameter
 MODEL_F, MODEL_ZETA, MODEL_PHI = 5e-4, 0.02, 0.05  # relative errors that a model may have anyway
 STEP = 1e-4  # of ln p, for the derivative
 DONE = 1e-6  # relative: far below any sigma; every further round needs a model per unknown
+FIT_ROUNDS = 25  # of a fit at most; where modes are close and change places it would go on for ever
 
 
 @dataclass(frozen=True)
@@ -54,33 +55,6 @@ class Unknown:
 
 
 @dataclass(frozen=True)
-class ModeTable:
-    """Modes measured at one pose; nan where a number is not known.
-
-    Attributes:
-        pose: Actuated axes [rad] or [m], (n_theta,).
-        f_hz: Natural frequencies, matched to the model's modes in this order [Hz], (r,).
-        f_std_hz: One sigma of them [Hz], (r,).
-        zeta: Damping ratios [1], (r,).
-        zeta_std: One sigma of them [1], (r,).
-        shapes: At the sensors, in units of ``size``, of length one [1], (r, n_out).
-        size: Of every sensor's part in the modes, (n_out,).
-    """
-
-    pose: Array
-    f_hz: Array
-    f_std_hz: Array
-    zeta: Array
-    zeta_std: Array
-    shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    size: Array = field(default_factory=lambda: np.zeros(0))
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        lock_arrays(self)
-
-
-@dataclass(frozen=True)
 class Update:
     """What the measurement says of the parameters.
 
@@ -94,6 +68,7 @@ class Update:
         changes: Values for ``load_config``, of the identified parameters only.
         refused: Trials that were stepped back from: their values, and why they have no model.
         strangers: Identified frequencies that are no mode of the fitted model [Hz].
+        is_settled: Whether every fit came to rest within ``FIT_ROUNDS``.
     """
 
     unknowns: tuple[Unknown, ...]
@@ -106,6 +81,7 @@ class Update:
     changes: Mapping[str, str | float]
     refused: tuple[str, ...] = ()
     strangers: tuple[float, ...] = ()
+    is_settled: bool = True
 
     @property
     def identified(self) -> NDArray[np.bool_]:
@@ -132,9 +108,10 @@ def update_model(serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[Mod
     if not free or not tables:
         raise ValueError("name at least one parameter and one measured mode")
     refused: tuple[str, ...] = ()
+    is_settled = True
     while True:
         update = _fit(serve, free, tables, tuple(unknowns))
-        refused += update.refused
+        refused, is_settled = (*refused, *update.refused), is_settled and update.is_settled
         told = np.array([unknown in free for unknown in unknowns]) & update.identified
         still = tuple(unknown for unknown, is_told in zip(unknowns, told, strict=True) if is_told)
         if len(still) == len(free) or not still:
@@ -142,7 +119,7 @@ def update_model(serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[Mod
                        in zip(unknowns, update.x, told, strict=True) if is_told}  # fmt: skip
             return Update(
                 tuple(unknowns), update.x, update.sigma, update.correlation, update.sensitivity,
-                update.before, update.after, changes, refused,
+                update.before, update.after, changes, refused, is_settled=is_settled,
             )  # fmt: skip
         free = still
 
@@ -176,8 +153,9 @@ def _fit(
         return np.vstack([_slopes(serve, unknowns, tables, full(x), where)[0], np.diag(1 / spread[where])])
 
     found = least_squares(
-        residual, np.zeros(len(free)), jac=jacobian, x_scale=spread[where], ftol=DONE, xtol=DONE
-    )
+        residual, np.zeros(len(free)), jac=jacobian, x_scale=spread[where], ftol=DONE, xtol=DONE,
+        max_nfev=FIT_ROUNDS,
+    )  # fmt: skip
     x = full(found.x)
     log_f = _misfit(serve, unknowns, tables, x)[1]
     J, S = _slopes(serve, unknowns, tables, x, range(len(unknowns)))
@@ -185,7 +163,8 @@ def _fit(
     sigma = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(sigma, sigma)
     after = np.expm1(log_f)
-    return Update(unknowns, x, sigma, correlation, S, np.expm1(before), after, {}, tuple(refused))
+    told = tuple(refused), (), found.status != 0
+    return Update(unknowns, x, sigma, correlation, S, np.expm1(before), after, {}, *told)
 
 
 def _slopes(
