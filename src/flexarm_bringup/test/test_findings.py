@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexarm_bringup.fault_drill.findings import Finding, Trial, recovered_within
+from flexarm_bringup.fault_drill.findings import Finding, Trial
+from flexarm_bringup.fault_drill.recovery import recovered_within
 from flexarm_bringup.fault_drill.stand import Trace
 
 NOISE = "top_gyroscope: noise is 4 times what it should be"

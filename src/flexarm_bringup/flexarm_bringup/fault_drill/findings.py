@@ -140,27 +140,6 @@ def lost_within(seconds: float) -> Measure:
     return measure
 
 
-def recovered_within(seconds: float) -> Measure:
-    """Measure the time from the end of the fault until the estimate is "ok" and stays so.
-
-    What the run without the fault is blamed for as well is none of the fault's.
-    """
-
-    def measure(trial: Trial) -> Finding:
-        """Measure from the end of the fault on."""
-        trace, sound = trial.trace, [e.status == "ok" for e in trial.stand.nominal.estimates]
-        first = trace.tick(trial.end)
-        bad = [k for k in range(first, len(trace.t)) if _is_worse(trial, k)]
-        back = bad[-1] + 1 if bad else first
-        since = trace.t[back] - trial.end if back < len(trace.t) else math.inf
-        unsound = (
-            "" if all(sound) else f" (without the fault it is not in {1 - np.mean(sound):.0%} of the run)"
-        )
-        return Finding(trial.name(f"ok again after{unsound}"), float(since), seconds, "s")
-
-    return measure
-
-
 def fused_at_most(count: int) -> Measure:
     """Measure how many of the samples taken while the fault lasted were fused, of the worst sensor."""
 
@@ -239,15 +218,6 @@ def is_finite(estimate: Estimate) -> bool:
 def _without_fault(trial: Trial) -> Trial:
     """Return the same trial without the fault."""
     return Trial(trial.stand, trial.stand.nominal, trial.sensors, trial.start, trial.end, trial.label)
-
-
-def _is_worse(trial: Trial, k: int) -> bool:
-    """Return whether an estimate is not "ok" by the fault: it names a sensor at fault, or was ok without."""
-    estimate, sound = trial.trace.estimates[k], trial.stand.nominal
-    if estimate.status == "ok":
-        return False
-    same = sound.estimates[min(sound.tick(trial.trace.t[k]), len(sound.t) - 1)]
-    return same.status == "ok" or any(name in estimate.reason for name in trial.sensors)
 
 
 def _first(trial: Trial, holds: Callable[[Estimate], bool]) -> float:

@@ -17,12 +17,12 @@ from flexarm_bringup.fault_drill.findings import (
     honest,
     honest_while_usable,
     lost_within,
-    recovered_within,
     refused_exactly,
     silence_told,
     stale_within,
     tip_within,
 )
+from flexarm_bringup.fault_drill.recovery import recovered_within
 from flexarm_bringup.fault_drill.row import Case, Play, Row, cases, every, one, together
 from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Bench
 from flexarm_bringup.sim.sensor_faults import SensorFault
