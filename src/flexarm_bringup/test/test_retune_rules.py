@@ -17,7 +17,8 @@ from flexarm_bringup.retune.weights import scale_weights
 from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_controller.settings import MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.identification.model_update import Unknown, Update
+from flexarm_model.identification.model_update import Update
+from flexarm_model.identification.unknown import Unknown
 from flexarm_model.motion.shapers import zv, zvd
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator

@@ -9,10 +9,13 @@ import pytest
 import yaml
 
 from flexarm_bringup.identify.fingerprint import fingerprint
-from flexarm_bringup.identify.updating import Fitting, update_table, write_description
+from flexarm_bringup.identify.fitted_file import write_description
+from flexarm_bringup.identify.updating import Fitting, update_table
 from flexarm_model.fe_import.hexahedra import Material, make_solid, write_solid
-from flexarm_model.identification.model_update import Unknown, Update
+from flexarm_model.identification.model_update import Update
+from flexarm_model.identification.unknown import Unknown, changed
 from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 DENSITY = "bodies.payload.mass"
 ARM = """
@@ -140,3 +143,18 @@ def test_the_hash_of_a_bag_is_of_what_was_recorded(name: str, is_of_the_bag: boo
     before = fingerprint(bag)
     (bag / name).write_text("something else")
     assert len(before) == 12 and (fingerprint(bag) != before) is is_of_the_bag
+
+
+def test_equal_parts_are_written_one_by_one(tmp_path: Path) -> None:
+    """What one anchor holds for all legs is the same number in every one of them afterwards."""
+    path, output = find_manipulator("planar_3rrr"), tmp_path / "fitted.yaml"
+    names = [f"bodies.first_{leg}.point_masses.0.mass" for leg in (1, 2, 3)]
+    unknown = Unknown(names[0], 53.0, "g", 0.3, tuple(names[1:]))
+    small = np.full(1, 0.1)
+    update = Update((unknown,), small, small, ONE, ONE, small, small, changed([unknown], small))
+    assert "first_1,first_2,first_3" in update_table(update).rows[0][0]
+    write_description(Fitting(str(path), "", (), output=output), update, [])
+    bodies = yaml.safe_load(output.read_text(encoding="utf-8"))["bodies"]
+    assert {bodies[f"first_{leg}"]["point_masses"][0]["mass"] for leg in (1, 2, 3)} == {unknown.text(0.1)}
+    fitted_list = yaml.safe_load(output.read_text(encoding="utf-8"))["fitted"]
+    assert sum("as one with its equal parts" in item for item in fitted_list) == 3

@@ -38,6 +38,7 @@ from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.bag_source import refuse_bags_of_another_arm
 from flexarm_bringup.identify.fittable import fittable
+from flexarm_bringup.identify.fitted_file import write_description
 from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
 from flexarm_bringup.identify.idle_options import refuse_averaging, refuse_idle_options
 from flexarm_bringup.identify.joints import joints_page
@@ -55,7 +56,6 @@ from flexarm_bringup.identify.updating import (
     add_to,
     fit_description,
     read_unknowns,
-    write_description,
 )
 from flexarm_bringup.page.report import Page, publish
 from flexarm_bringup.progress import Progress

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.identification.described_shapes import Shapes, in_size
+from flexarm_model.identification.modal_misfit import Serve
 from flexarm_model.identification.mode_table import ModeTable
-from flexarm_model.identification.model_update import Serve
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.fit import PoleFit
 from flexarm_model.tree.sensors import output_names

@@ -1,10 +1,8 @@
-"""The description brought in line with identified modes, and written as a new file with its provenance."""
+"""The description brought in line with identified modes, and what came of it as tables."""
 
 from __future__ import annotations
 
-import datetime
 import math
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,26 +10,22 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bags.described_arm import KEYS
-from flexarm_bringup.identify.fingerprint import fingerprint
 from flexarm_bringup.identify.mode_pairs import FITTED, is_same, match, match_again, strangers
 from flexarm_bringup.identify.seen_shapes import SeenShapes, find_channels
 from flexarm_bringup.page.report import Cells, Column, Page, Table
-from flexarm_bringup.whole_file import written_whole
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.described_shapes import described_shapes
 from flexarm_model.identification.loose_directions import loose_directions
+from flexarm_model.identification.modal_misfit import Serve
 from flexarm_model.identification.mode_table import ModeTable
-from flexarm_model.identification.model_update import FIT_ROUNDS, Serve, Unknown, Update, update_model
+from flexarm_model.identification.model_update import FIT_ROUNDS, WIDER, Update, update_model
 from flexarm_model.identification.pose_split import PoseTest, check_poses, split_poses
-from flexarm_model.identification.yaml_edit import add_items, edit_names, edit_values
+from flexarm_model.identification.unknown import Unknown
 from flexarm_model.modal.fit import PoleFit
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
-from flexarm_model.served.linearize import linearize
 from flexarm_model.settings.strict_yaml import ConfigError
-from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 Say = Callable[[str], None]
@@ -159,7 +153,7 @@ def update_table(update: Update) -> Table:
     for i, unknown in enumerate(update.unknowns):
         told = unknown.path in update.changes
         rows.append([
-            unknown.path, str(unknown.text(0.0)), str(unknown.text(update.x[i])) if told else "as before",
+            unknown.name, str(unknown.text(0.0)), str(unknown.text(update.x[i])) if told else "as before",
             PERCENT * float(np.expm1(update.x[i])), PERCENT * float(update.sigma[i]),
             PERCENT * unknown.spread, "tell it" if told else "do not tell it",
         ])  # fmt: skip
@@ -173,6 +167,16 @@ def update_table(update: Update) -> Table:
         f"{f:.4g} Hz is no mode of the fitted description: none of it is within {PERCENT * FITTED:.0f} %"
         for f in update.strangers
     ]
+    notes += [
+        f"{unknown.name}: fitted as one, no mode measured here tells these equal parts apart"
+        for unknown in update.unknowns
+        if unknown.equals
+    ]
+    if update.misfit > WIDER:
+        notes.append(
+            f"the description cannot have these modes: {update.misfit:.2g} times as much is left as may be, "
+            "and every ± is widened by that"
+        )
     if not update.is_settled:
         notes.append(f"the fit still moved after {FIT_ROUNDS} rounds and was ended: name fewer parameters")
     notes += [f"stepped back from values without a model: {trial}" for trial in update.refused[-1:]]
@@ -181,54 +185,9 @@ def update_table(update: Update) -> Table:
 
 def sensitivity_table(update: Update) -> Table:
     """Return by how many per cent every frequency moves with one per cent of a parameter."""
-    heads = [Column("frequency", "d"), *(Column(unknown.path, "+.3f") for unknown in update.unknowns)]
+    heads = [Column("frequency", "d"), *(Column(unknown.name, "+.3f") for unknown in update.unknowns)]
     rows: list[Cells] = [[i + 1, *map(float, row)] for i, row in enumerate(update.sensitivity)]
     return Table("Sensitivity: per cent of frequency per per cent of parameter", heads, rows)
-
-
-def write_description(fitting: Fitting, update: Update, sources: Sequence[Path]) -> str:
-    """Write the new description and return what was done, in a sentence.
-
-    Args:
-        fitting: What was fitted, and the file to write.
-        update: How it came about.
-        sources: Files and folders of bags that it rests on, of all poses.
-
-    Raises:
-        ValueError: The data told nothing, or the new file is not a valid description.
-        OSError: A source cannot be read, or the file not be written.
-    """
-    if fitting.output is None:
-        return ""
-    if not update.changes:
-        raise ValueError("the data tell none of the parameters: there is nothing to write")
-    path = find_manipulator(fitting.manipulator)
-    text = edit_values(path.read_text(encoding="utf-8"), update.changes, fitting.preset)
-    text = edit_names(text, KEYS, lambda name: _seen_from(fitting.output, path, name))
-    text = add_items(text, "fitted", [_provenance(update, name, sources) for name in update.changes])
-    old = load_config(path, fitting.preset)
-    with written_whole(fitting.output, text) as written:
-        new = load_config(written, fitting.preset)
-        ids = [linearize(ReducedTree(config, use_compiler=False)).model_id for config in (new, old)]
-    return f"wrote {fitting.output}: model {ids[0]} at home, was {ids[1]}; config {new.config_id}"
-
-
-def _seen_from(output: Path | None, description: Path, name: str) -> str:
-    """Return how a file that a description names is named in another one."""
-    here, there = description.resolve().parent, (output or description).absolute().parent.resolve()
-    if here == there or Path(name).is_absolute():
-        return name
-    return os.path.relpath(here / name, there)
-
-
-def _provenance(update: Update, name: str, sources: Sequence[Path]) -> str:
-    i = next(k for k, unknown in enumerate(update.unknowns) if unknown.path == name)
-    unknown = update.unknowns[i]
-    files = ", ".join(f"{path.name} (sha256 {fingerprint(path)})" for path in sources)
-    return (
-        f"{name} = {update.changes[name]} +- {PERCENT * update.sigma[i]:.2g} % (was {unknown.text(0.0)}), "
-        f"on modes identified from {files}, {datetime.date.today().isoformat()}"
-    )
 
 
 def add_to(page: Page, update: Update, said: str, test: PoseTest | None = None) -> Page:

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.identification.described_arm import DescribedArm
-from flexarm_model.identification.model_update import Serve, Unknown
+from flexarm_model.identification.modal_misfit import Serve
+from flexarm_model.identification.unknown import Unknown
 from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
 
 Array = NDArray[np.float64]

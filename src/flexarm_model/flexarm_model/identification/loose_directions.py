@@ -15,7 +15,7 @@ def loose_directions(update: Update) -> list[str]:
     lines = []
     for value, vector in zip(values, vectors.T, strict=True):
         parts = [
-            f"{weight:+.2f} {unknown.path}"
+            f"{weight:+.2f} {unknown.name}"
             for weight, unknown in zip(vector, update.unknowns, strict=True)
             if abs(weight) > 0.1
         ]

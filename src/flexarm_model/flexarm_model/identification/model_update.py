@@ -8,50 +8,31 @@ Every unknown parameter is ``p = p_0 exp(x)``, so that it keeps its sign; prior 
 with shapes phi at the sensors of length one, where they are known. ``s`` holds the uncertainty of the
 measurement and a floor for what the model leaves out. What the data do not tell stays where the prior has it:
 a parameter counts as identified when its sigma has at least halved. Parameters that only act together show as
-a direction of the posterior that is as wide as the prior. Values with which the arm has no model, because it
-buckles say, are stepped back from, and told.
+a direction of the posterior that is as wide as the prior. Where more is left after the fit than ``s`` allows,
+the description lacks something, and every ``s`` is widened until it explains what is left. Values with which
+the arm has no model, because it buckles say, are stepped back from, and told.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from flexarm_model.identification.described_shapes import in_size
+from flexarm_model.identification.equal_parts import merged
+from flexarm_model.identification.modal_misfit import Serve, misfit
 from flexarm_model.identification.mode_table import ModeTable
+from flexarm_model.identification.unknown import Unknown, changed
 
 Array = NDArray[np.float64]
 IDENTIFIED = 0.5  # posterior over prior sigma up to which the data have told a parameter
-MODEL_F, MODEL_ZETA, MODEL_PHI = 5e-4, 0.02, 0.05  # relative errors that a model may have anyway
 STEP = 1e-4  # of ln p, for the derivative
 DONE = 1e-6  # relative: far below any sigma; every further round needs a model per unknown
+WIDER = 1.2  # times: a misfit that has grown by less is told without another fit
 FIT_ROUNDS = 25  # of a fit at most; where modes are close and change places it would go on for ever
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """A parameter to fit.
-
-    Attributes:
-        path: Dotted path in the description.
-        number: Its value there, in its own unit.
-        unit: That unit; empty for a plain number.
-        spread: One sigma of its relative error before the measurement [1].
-    """
-
-    path: str
-    number: float
-    unit: str
-    spread: float
-
-    def text(self, x: float) -> str | float:
-        """Return the value at ``p_0 exp(x)`` as the description writes it."""
-        value = float(f"{self.number * np.exp(x):.9g}")
-        return f"{value:.9g} {self.unit}" if self.unit else value
 
 
 @dataclass(frozen=True)
@@ -69,6 +50,8 @@ class Update:
         refused: Trials that were stepped back from: their values, and why they have no model.
         strangers: Identified frequencies that are no mode of the fitted model [Hz].
         is_settled: Whether every fit came to rest within ``FIT_ROUNDS``.
+        misfit: What is left of all that was measured, per degree of freedom, in sigmas; sigmas are widened by
+            it where it is above 1.
     """
 
     unknowns: tuple[Unknown, ...]
@@ -82,19 +65,13 @@ class Update:
     refused: tuple[str, ...] = ()
     strangers: tuple[float, ...] = ()
     is_settled: bool = True
+    misfit: float = 0.0
 
     @property
     def identified(self) -> NDArray[np.bool_]:
         """Which parameters the data have told, (n,)."""
         spread = np.array([unknown.spread for unknown in self.unknowns])
         return np.asarray(self.sigma <= IDENTIFIED * spread)
-
-
-Serve = Callable[[Mapping[str, str | float], Array], tuple[Array, ...]]
-"""Frequencies [Hz], damping ratios [1], perhaps shapes of the changed description at a pose, slowest first.
-
-Shapes are (modes, n_out), of the slowest modes; where a table has none they are not looked at.
-"""
 
 
 def update_model(serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[ModeTable]) -> Update:
@@ -104,30 +81,41 @@ def update_model(serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[Mod
         ValueError: There is nothing to fit, the model has fewer modes than a table, or none has a derivative
             where the fit ends.
     """
-    free = tuple(unknowns)
-    if not free or not tables:
+    if not unknowns or not tables:
         raise ValueError("name at least one parameter and one measured mode")
+    free = unknowns = merged(serve, unknowns, tables)
     refused: tuple[str, ...] = ()
-    is_settled = True
+    is_settled, widened = True, 1.0
     while True:
-        update = _fit(serve, free, tables, tuple(unknowns))
+        update = _fit(serve, free, tables, unknowns, widened)
         refused, is_settled = (*refused, *update.refused), is_settled and update.is_settled
+        if update.misfit > WIDER * widened:
+            widened = update.misfit
+            continue
         told = np.array([unknown in free for unknown in unknowns]) & update.identified
         still = tuple(unknown for unknown, is_told in zip(unknowns, told, strict=True) if is_told)
         if len(still) == len(free) or not still:
-            changes = {unknown.path: unknown.text(x) for unknown, x, is_told
-                       in zip(unknowns, update.x, told, strict=True) if is_told}  # fmt: skip
-            return Update(
-                tuple(unknowns), update.x, update.sigma, update.correlation, update.sensitivity,
-                update.before, update.after, changes, refused, is_settled=is_settled,
-            )  # fmt: skip
+            changes = changed(still, update.x[told])
+            return replace(update, changes=changes, refused=refused, is_settled=is_settled)
         free = still
 
 
 def _fit(
-    serve: Serve, free: tuple[Unknown, ...], tables: Sequence[ModeTable], unknowns: tuple[Unknown, ...]
+    serve: Serve,
+    free: tuple[Unknown, ...],
+    tables: Sequence[ModeTable],
+    unknowns: tuple[Unknown, ...],
+    widened: float,
 ) -> Update:
-    """Fit some of the unknowns; sigma and correlation are those of all of them at the answer."""
+    """Fit some of the unknowns; sigma and correlation are those of all of them at the answer.
+
+    Args:
+        serve: Modes of the changed description.
+        free: Unknowns that are fitted.
+        tables: Measured modes.
+        unknowns: All unknowns.
+        widened: Factor of the sigmas of all that was measured [1].
+    """
     where = [unknowns.index(unknown) for unknown in free]
     spread = np.array([unknown.spread for unknown in unknowns])
 
@@ -137,34 +125,41 @@ def _fit(
         whole[where] = x
         return whole
 
-    start, before = _misfit(serve, unknowns, tables, full(np.zeros(len(free))))
+    start, before = misfit(serve, unknowns, tables, full(np.zeros(len(free))))
     refused: list[str] = []
 
     def residual(x: Array) -> Array:
         """Return what the modes are off in their sigmas, and the unknowns in their spreads; inf: no model."""
         try:
-            return np.concatenate([_misfit(serve, unknowns, tables, full(x))[0], x / spread[where]])
+            off = misfit(serve, unknowns, tables, full(x))[0]
+            return np.concatenate([off / widened, x / spread[where]])
         except ValueError as error:
             refused.append(_describe(unknowns, full(x), error))
             return np.full(start.size + len(free), np.inf)
 
     def jacobian(x: Array) -> Array:
         """Return its derivative."""
-        return np.vstack([_slopes(serve, unknowns, tables, full(x), where)[0], np.diag(1 / spread[where])])
+        slopes = _slopes(serve, unknowns, tables, full(x), where)[0]
+        return np.vstack([slopes / widened, np.diag(1 / spread[where])])
 
     found = least_squares(
         residual, np.zeros(len(free)), jac=jacobian, x_scale=spread[where], ftol=DONE, xtol=DONE,
         max_nfev=FIT_ROUNDS,
     )  # fmt: skip
     x = full(found.x)
-    log_f = _misfit(serve, unknowns, tables, x)[1]
+    left, log_f = misfit(serve, unknowns, tables, x)
     J, S = _slopes(serve, unknowns, tables, x, range(len(unknowns)))
-    covariance = np.linalg.inv(J.T @ J + np.diag(spread**-2.0))
+    information = J.T @ J / widened**2
+    covariance = np.linalg.inv(information + np.diag(spread**-2.0))
     sigma = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(sigma, sigma)
-    after = np.expm1(log_f)
-    told = tuple(refused), (), found.status != 0
-    return Update(unknowns, x, sigma, correlation, S, np.expm1(before), after, {}, *told)
+    errors = np.expm1(before), np.expm1(log_f)
+    spent = np.trace((covariance @ information)[np.ix_(where, where)])
+    per_freedom = float(np.linalg.norm(left) / np.sqrt(max(left.size - spent, 1.0)))
+    return Update(
+        unknowns, x, sigma, correlation, S, *errors, {}, tuple(refused),
+        is_settled=found.status != 0, misfit=per_freedom,
+    )  # fmt: skip
 
 
 def _slopes(
@@ -175,14 +170,14 @@ def _slopes(
     Raises:
         ValueError: There is no model on either side of x.
     """
-    weighted, log_f = _misfit(serve, unknowns, tables, x)
+    weighted, log_f = misfit(serve, unknowns, tables, x)
     J, S = np.empty((weighted.size, len(which))), np.empty((log_f.size, len(which)))
     for column, i in enumerate(which):
         for step in (STEP, -STEP):
             moved = x.copy()
             moved[i] += step
             try:
-                w, f = _misfit(serve, unknowns, tables, moved)
+                w, f = misfit(serve, unknowns, tables, moved)
             except ValueError as error:
                 if step < 0.0:
                     raise ValueError(f"no fit beside {_describe(unknowns, moved, error)}") from None
@@ -195,35 +190,4 @@ def _slopes(
 def _describe(unknowns: Sequence[Unknown], x: Array, error: Exception) -> str:
     """Return a trial's values and what is wrong with them."""
     pairs = zip(unknowns, x, strict=True)
-    return f"{', '.join(f'{unknown.path} = {unknown.text(at)}' for unknown, at in pairs)}: {error}"
-
-
-def _misfit(
-    serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[ModeTable], x: Array
-) -> tuple[Array, Array]:
-    """Return the weighted errors of all that is known, and ln of model over measured frequency."""
-    changes = {unknown.path: unknown.text(value) for unknown, value in zip(unknowns, x, strict=True)}
-    weighted, logs = [], []
-    for table in tables:
-        f_hz, zeta, *shapes = serve(changes, table.pose)
-        if f_hz.size < table.f_hz.size:
-            raise ValueError(f"{table.f_hz.size} modes were measured, the model has {f_hz.size}")
-        f_hz, zeta = f_hz[: table.f_hz.size], zeta[: table.f_hz.size]
-        log_f, log_zeta = np.log(f_hz / table.f_hz), np.log(np.maximum(zeta, 1e-12) / table.zeta)
-        s_f = np.hypot(np.nan_to_num(table.f_std_hz) / table.f_hz, MODEL_F)
-        s_zeta = np.hypot(np.nan_to_num(table.zeta_std) / np.nan_to_num(table.zeta, nan=1.0), MODEL_ZETA)
-        weighted += [log_f[np.isfinite(log_f)] / s_f[np.isfinite(log_f)]]
-        weighted += [log_zeta[np.isfinite(log_zeta)] / s_zeta[np.isfinite(log_zeta)]]
-        weighted += [_shape_misfit(each, table) for each in shapes if table.shapes.size]
-        logs.append(log_f[np.isfinite(log_f)])
-    return np.concatenate(weighted), np.concatenate(logs)
-
-
-def _shape_misfit(shapes: Array, table: ModeTable) -> Array:
-    """Return the weighted errors of the shapes that are known, either sign allowed."""
-    count = min(len(shapes), len(table.shapes))
-    measured, seen = table.shapes[:count], in_size(shapes[:count], table.size)
-    known = np.isfinite(measured).all(axis=1)
-    measured, seen = measured[known], seen[known]
-    signs = np.where(np.sum(measured * seen, axis=1, keepdims=True) < 0.0, -1.0, 1.0)
-    return np.asarray((signs * seen - measured).ravel() / MODEL_PHI)
+    return f"{', '.join(f'{unknown.name} = {unknown.text(at)}' for unknown, at in pairs)}: {error}"

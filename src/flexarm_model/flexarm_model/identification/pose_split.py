@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flexarm_model.identification.modal_misfit import Serve
 from flexarm_model.identification.mode_table import ModeTable
-from flexarm_model.identification.model_update import Serve
 
 KEPT_BACK = 1 / 3  # of the poses
 
