@@ -76,7 +76,7 @@ def _add_measurement(parser: argparse.ArgumentParser) -> None:
 def _add_manipulator(parser: argparse.ArgumentParser) -> None:
     """Declare what the measurements are compared with."""
     group = parser.add_argument_group("the arm")
-    group.add_argument("--manipulator", metavar="NAME", help="print its served frequencies beside")
+    group.add_argument("--manipulator", metavar="NAME", help="print its frequencies beside")
     group.add_argument("--preset", default="", help="preset of that manipulator")
     group.add_argument("--pose", nargs="+", type=number(), default=[], help="of the test, rad or m; home")
     group.add_argument("--motors", default="free", choices=("free", "locked"), help="in the test; free")

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from flexarm_bringup.identify.heard_outputs import band_of, deaf_outputs, sizes_of
 from flexarm_bringup.identify.measurement import Responses
@@ -20,6 +19,7 @@ from flexarm_bringup.identify.mirrored import Mirrored, Sampled, mirrored_modes,
 from flexarm_bringup.identify.sources import Source
 from flexarm_model.identification.automatic import Identified, identify_modes, orders_for
 from flexarm_model.identification.bootstrap import Scatter, bootstrap
+from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.held_modes import Unsure, held_modes
 from flexarm_model.identification.lscf import poles_of_orders
 from flexarm_model.identification.stabilisation import lasting
@@ -29,8 +29,6 @@ from flexarm_model.modal.half_power import HalfPower, half_power
 from flexarm_model.modal.partial_fractions import REMAINDERS
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
-from flexarm_model.served.linearize import linearize
-from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 DRAWS, FEWEST_DRAWS = 20, 8  # of the bootstrap
@@ -38,7 +36,6 @@ EVERY_DRAW = 60_000  # lines of all responses that all draws together may fit
 SEED = 0  # of the bootstrap
 MOST_INPUTS = 6  # on the smaller side of the matrix; each more multiplies the poles
 MIXED = (*REMAINDERS, 1, 2)  # remainders where the kinds differ
-RIGID_HZ = 1e-3  # below it a mode is the free motion of a motor
 
 
 @dataclass(frozen=True)
@@ -79,7 +76,7 @@ class Result:
         methods: Over methods; None without modes.
         half_power: Per mode by half-power on the largest response; None where it fails.
         single_hz: Frequencies that one input alone gives through the chart, without refinement [Hz].
-        model_hz: Frequencies of the manipulator's served model [Hz]; empty without one.
+        model_hz: Frequencies of the manipulator as described [Hz]; empty without one.
         deaf: Outputs left out, since they are incoherent on most lines, with the share of those [1].
         band_hz: The band [Hz].
         least_coherence: Lines below it did not count [1].
@@ -216,14 +213,13 @@ def _single(frf: Frf, weight: Array) -> tuple[float, ...]:
 
 
 def _model(request: Request) -> tuple[float, ...]:
-    """Return what the model served at the pose says: of free motors unless they were locked [Hz]."""
+    """Return the modes of the description at the pose: of free motors unless they were locked [Hz]."""
     if not request.manipulator:
         return ()
-    tree = ReducedTree(load_config(find_manipulator(request.manipulator), request.preset))
-    model = linearize(tree, np.array(request.pose) if request.pose else None)
-    free = np.sqrt(np.maximum(eigh(model.K, model.M, eigvals_only=True), 0.0))
-    omega = model.omega if request.motors_locked else free
-    return tuple(float(value) for value in omega / (2 * np.pi) if value > 2 * np.pi * RIGID_HZ)
+    path, preset = find_manipulator(request.manipulator), request.preset
+    pose = np.array(request.pose) if request.pose else load_config(path, preset).home
+    modes = DescribedArm(path, preset, request.motors_locked).modes({}, pose)
+    return tuple(map(float, modes.omega / (2 * np.pi)))
 
 
 def _mirrored(
