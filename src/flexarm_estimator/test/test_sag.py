@@ -53,6 +53,16 @@ def test_only_the_slowest_modes_sag_where_so_wanted() -> None:
     )  # no more than there are
 
 
+def test_a_tip_that_hardly_feels_modes_says_nothing_of_how_they_rest() -> None:
+    """A millimetre at such a tip was metres in a leg: 33,000 ustrain were expected of gauges at rest."""
+    model = strip_model()
+    C_pos = model.outputs.C_pos.copy()
+    C_pos[model.outputs.rows("tip")[:3], model.n_theta :] *= 0.01
+    legs = replace(model, outputs=replace(model.outputs, C_pos=C_pos))
+    assert sag_sigma(model, SAGGING).all() and not sag_sigma(legs, SAGGING).any()
+    assert ProcessModel(legs, SAGGING).layout.n_s == 3  # they are there at poses where the tip tells
+
+
 def test_arm_rests_at_the_static_deflection() -> None:
     process = ProcessModel(strip_model(), SAGGING)
     layout, system = process.layout, process.system

@@ -14,7 +14,7 @@ from flexarm_model.modal.candidates import candidate_config, noise
 from flexarm_model.modal.observability import ENERGY, Swing, mode_reach, tip_energy
 from flexarm_model.served.linearize import linearize
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
-from flexarm_model.served.tip_moves import tip_moves
+from flexarm_model.served.tip_moves import are_felt, tip_moves
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 OMEGA = np.array([30.0, 30.0, 200.0])
@@ -188,6 +188,19 @@ def test_what_rounding_leaves_of_a_tip_that_no_mode_moves_is_no_movement() -> No
     C_pos = C_pos.copy()
     C_pos[rows, : model.n_theta] = 0.0  # a tip on the hub's axis: nothing at all moves it
     assert not tip_moves(replace(model, outputs=replace(model.outputs, C_pos=C_pos))).any()
+
+
+def test_modes_that_a_tip_hardly_feels_do_not_swing_by_what_it_does() -> None:
+    """Of legs between hinges the platform showed 1 % of their bending: every mode swung with 12 J."""
+    model = linearize(tree("single_link"))
+    C_pos = model.outputs.C_pos.copy()
+    rows = model.outputs.rows("tip")[:3]
+    for share, felt in ((0.2, True), (0.02, False)):
+        C_pos[rows, model.n_theta :] = share * model.outputs.C_pos[rows, model.n_theta :]
+        legs = replace(model, outputs=replace(model.outputs, C_pos=C_pos.copy()))
+        assert tip_moves(legs).all() and are_felt(legs) is felt
+        assert (tip_energy(legs) == ENERGY) is not felt
+    assert are_felt(model, 1) and not are_felt(model, 0)
 
 
 def test_tables_that_make_no_sense_are_refused() -> None:

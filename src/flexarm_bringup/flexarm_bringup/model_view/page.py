@@ -21,7 +21,7 @@ from flexarm_model.modal.observability import TIP_AMPLITUDE, ModeReach, Reach, S
 from flexarm_model.served.control_rate import describe_rate
 from flexarm_model.served.mode_following import alikeness
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
-from flexarm_model.served.tip_moves import tip_moves
+from flexarm_model.served.tip_moves import are_felt
 from flexarm_model.settings.units import RAD_PER_HZ
 from flexarm_model.tree.reduced_tree import ReducedTree
 from flexarm_model.tree.sensors import output_names, output_units
@@ -83,7 +83,7 @@ def analyse(tree: ReducedTree, model: ReducedModel, home: ReducedModel) -> Analy
     possible = _outputs(candidates, model), noise(candidates)
     swing = Swing(energy=tip_energy(model))
     reach = mode_reach(model, noise(config), effort, possible, swing)
-    notes.insert(0, _measure(reach, swing, is_tip_moved=bool(tip_moves(model).any())))
+    notes.insert(0, _measure(reach, swing, is_felt=are_felt(model)))
     return Analysis(config, tree, model, home, energy_shares(tree, model), reach, tuple(notes))
 
 
@@ -178,11 +178,11 @@ def reach_table(analysis: Analysis) -> Table:
     return Table("Who sees and who drives each mode", columns, rows, notes)
 
 
-def _measure(reach: ModeReach, swing: Swing, is_tip_moved: bool) -> str:
+def _measure(reach: ModeReach, swing: Swing, is_felt: bool) -> str:
     """Return the sentence that says what the table counts."""
     moved = f"with which the one that moves the tip most moves it {1e3 * TIP_AMPLITUDE:g} mm"
     return (
-        f"Every mode swings with {swing.energy:.2g} J, {moved if is_tip_moved else 'none moves the tip'}: "
+        f"Every mode swings with {swing.energy:.2g} J, {moved if is_felt else 'none moves the tip much'}: "
         "what one sample shows over its noise (seen from "
         f"{reach.sensors.enough:g}), and how far a motor at its limit pushes the mode, quasi-statically, in "
         f"times the swing (driven from {reach.motors.enough:g})."

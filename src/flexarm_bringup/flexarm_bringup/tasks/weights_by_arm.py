@@ -23,6 +23,7 @@ from flexarm_bringup.retune.arm_facts import ArmFacts, read_facts
 from flexarm_bringup.retune.horizon import LEAST, MOST, spread_blocks
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.tip_moves import are_felt
 
 CHOSEN_FOR_HZ = 5.2  # slowest mode of the arm that the defaults were chosen for
 TIP_SHARE = 0.22  # there: 1.3 mm in the mode cost as much as axes off by 9.2 mrad, which are 5.9 mm at 0.64 m
@@ -53,13 +54,13 @@ def weights_for(model: ReducedModel, dt: float) -> dict[str, Any]:
 
 
 def _energy(model: ReducedModel, facts: ArmFacts, position_error: float) -> dict[str, float]:
-    """Return the energy that costs 1 [J]; nothing where no served mode, or no axis, moves the tip."""
+    """Return the energy that costs 1 [J]; nothing where the tip feels no served mode, or no axis moves it."""
     out = model.outputs
     places = [row for row in out.rows("tip") if out.units[row] == "m"]
     lever = float(np.linalg.norm(out.C_pos[places, : model.n_theta], axis=0).max(initial=0.0))
-    softest = float(facts.tip_stiffness.min())
-    if not (lever and math.isfinite(softest)):
+    if not (lever and are_felt(model)):
         return {}
+    softest = float(facts.tip_stiffness.min())
     return {"modal_energy": softest * (TIP_SHARE * lever * position_error) ** 2 / 2}
 
 

@@ -17,8 +17,8 @@ Modes without ``s``, and those that are not served, sag in proportion to ``w`` a
 
 ``w`` has the deviation ``sag_share``, ``r`` that of equal forces on all modes, ``sigma_i ~ 1 / omega_i^2``,
 and the tip that of ``sag_error``; ``T = sag_time`` is how long a pose lasts, ``T_w = sag_share_time`` how
-long an arm stays as it is. Where ``sag_share`` is 0 there is no ``w``. Where none of these modes moves the
-tip, its error says nothing of them, and r stays zero.
+long an arm stays as it is. Where ``sag_share`` is 0 there is no ``w``. Where the tip does not feel these
+modes, its error says nothing of them, and r stays zero.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace
-from flexarm_model.served.tip_moves import tip_moves
+from flexarm_model.served.tip_moves import are_felt
 from flexarm_model.tree.borne_load import BorneLoad
 
 Array = NDArray[np.float64]
@@ -94,7 +94,7 @@ def sag_sigma(model: ReducedModel, config: EstimatorConfig) -> Array:
     per_force = 1.0 / model.omega[: config.sag_modes] ** 2
     if not per_force.size:
         return per_force
-    if not tip_moves(model)[: per_force.size].any():
+    if not are_felt(model, per_force.size):
         return np.zeros(per_force.size)
     rows, first = model.outputs.rows("tip")[:3], model.n_theta
     tip = np.linalg.norm(model.outputs.C_pos[rows, first : first + per_force.size] * per_force)

@@ -27,7 +27,7 @@ from flexarm_model.modal.modes import Modes, model_modes
 from flexarm_model.modal.read_only import lock_arrays
 from flexarm_model.modal.tracking import group_modes
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
-from flexarm_model.served.tip_moves import tip_moves
+from flexarm_model.served.tip_moves import are_felt, tip_moves
 
 Array = NDArray[np.float64]
 
@@ -165,8 +165,10 @@ def tip_energy(model: ReducedModel, amplitude: float = TIP_AMPLITUDE) -> float:
         model: The served model.
         amplitude: Of the tip [m].
     """
-    largest = float((tip_moves(model) / model.omega).max(initial=0.0))  # per root of twice the energy
-    return (amplitude / largest) ** 2 / 2 if largest > 0.0 else ENERGY
+    if not are_felt(model):
+        return ENERGY
+    largest = float((tip_moves(model) / model.omega).max())  # per root of twice the energy
+    return (amplitude / largest) ** 2 / 2
 
 
 def _signals(
