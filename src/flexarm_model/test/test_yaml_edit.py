@@ -26,6 +26,13 @@ def test_only_the_lines_of_the_values_change() -> None:
     assert all("156.4 GPa" in new or "70 g" in new for _, new in changed)
 
 
+def test_a_value_within_what_a_preset_overlays_is_changed_there() -> None:
+    """It was changed in the body of the file, where the preset hides it: the fit was written to nothing."""
+    text = "spring: {values: [1 N, 2 N]}\npresets:\n  soft: {spring.values: [3 N, 4 N]}\n"
+    assert edit_values(text, {"spring.values.1": "5 N"}, "soft").endswith("{spring.values: [3 N, 5 N]}\n")
+    assert edit_values(text, {"spring.values.1": "5 N"}).startswith("spring: {values: [1 N, 5 N]}\n")
+
+
 def test_a_value_that_a_preset_overlays_is_changed_there(tmp_path) -> None:
     inertia = "joints.base.axes.rz.rotor_inertia"
     path = tmp_path / "arm.yaml"

@@ -148,10 +148,11 @@ def _check(args: argparse.Namespace) -> None:
     if args.retune is not None and args.update is None:
         raise ValueError("--retune needs --update: settings are chosen for the new description")
     if wants_fit and not args.fit:
-        args.fit = list(fittable(find_manipulator(args.manipulator)))
+        args.fit = list(fittable(find_manipulator(args.manipulator), args.preset))
         if not args.fit:
             raise ValueError(
-                "--update: name what to fit with --fit PATH; nothing in the file suggests itself"
+                f"--update: name what to fit with --fit PATH; nothing in {args.manipulator} suggests itself: "
+                "no modulus, point mass, damping ratio, spring or damper above 0"
             )
     if wants_fit:
         read_unknowns(

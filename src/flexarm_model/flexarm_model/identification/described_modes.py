@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.modal_misfit import Serve
 from flexarm_model.identification.unknown import Unknown
-from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
+from flexarm_model.reading.config import read_content
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 
@@ -42,16 +43,12 @@ def read_unknown(path: Path, preset: str, dotted: str, spread: float) -> Unknown
     Raises:
         ConfigError: There is no such value, or it is no number.
     """
-    content: Any = read_yaml(path)
-    overlay = content.get("presets", {}).get(preset, {}) if preset else {}
-    value: Any = overlay.get(dotted)
-    if value is None:
-        value = content
-        for part in dotted.split("."):
-            try:
-                value = value[int(part) if isinstance(value, list) else part]
-            except (KeyError, IndexError, ValueError, TypeError):
-                raise ConfigError(f"{path}: '{dotted}': no such value; '{part}' is not there") from None
+    value: Any = read_content(path, preset)
+    for part in dotted.split("."):
+        try:
+            value = value[int(part) if isinstance(value, list) else part]
+        except (KeyError, IndexError, ValueError, TypeError):
+            raise ConfigError(f"{path}: '{dotted}': no such value; '{part}' is not there") from None
     number, _, unit = str(value).strip().partition(" ")
     try:
         return Unknown(dotted, float(number), unit.strip(), spread)

@@ -102,9 +102,9 @@ def _path_in_force(text: str, dotted: str, preset: str) -> list[str]:
     Raises:
         ConfigError: They lead to no scalar.
     """
-    root = _compose(text)
-    overlay = ["presets", preset, dotted]
-    path = overlay if preset and _find(root, overlay) is not None else dotted.split(".")
+    root, parts = _compose(text), dotted.split(".")
+    ways = [["presets", preset, ".".join(parts[:k]), *parts[k:]] for k in range(len(parts), 0, -1)]
+    path = next((way for way in ways if preset and _find(root, way[:3]) is not None), parts)
     if not isinstance(_find(root, path), yaml.ScalarNode):
         raise ConfigError(f"'{dotted}': no such value in the file")
     return path

@@ -42,7 +42,7 @@ def load_config(
         ConfigError: Anything is wrong with the file; names file, key, value and what is allowed.
     """
     path = Path(path)
-    content = _read_content(path, preset, changes or {})
+    content = read_content(path, preset, changes or {})
     top = Section(content, str(path))
     top.take("format")
     bodies = read_bodies(top)
@@ -119,11 +119,21 @@ def _identify(content: dict[str, Any], bodies: dict[str, Body]) -> str:
     return hashlib.sha256(json.dumps(described, sort_keys=True, default=str).encode()).hexdigest()[:16]
 
 
-def _read_content(path: Path, preset: str, changes: Mapping[str, Any]) -> dict[str, Any]:
+def read_content(path: Path, preset: str = "", changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return what a description says with a preset and changes in force, as it is written.
+
+    Args:
+        path: The file.
+        preset: Name of one of its presets; "" applies none.
+        changes: Further values by dotted path.
+
+    Raises:
+        ConfigError: It is no description, or changes a value that is not there.
+    """
     read = read_yaml(path)
     Section(read, str(path)).choice("format", (FORMAT,))  # before presets: those of a moves file are others
     content = _apply_preset(read, preset, str(path))
-    return _change(content, Section(dict(changes), str(path)))
+    return _change(content, Section(dict(changes or {}), str(path)))
 
 
 def _apply_preset(content: dict[str, Any], preset: str, path: str) -> dict[str, Any]:
@@ -154,4 +164,4 @@ def _index(target: object, part: str) -> Any:
     return int(part) if isinstance(target, list) else part
 
 
-__all__ = ["ConfigError", "load_config"]
+__all__ = ["ConfigError", "load_config", "read_content"]
