@@ -41,7 +41,7 @@ from flexarm_bringup.reproduce.seed_003_robots import (
     synthetic_robot,
     with_factors,
 )
-from flexarm_bringup.reproduce.seed_003_served import with_modes
+from flexarm_bringup.reproduce.seed_003_served import free_error, serve, served_table, with_modes
 from flexarm_model.bodies.model_order import FULL, with_elements, with_modes_below
 from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -134,6 +134,24 @@ def test_served_form_keeps_its_modes_the_statics_and_the_inertia() -> None:
     assert locked_hz(form) == pytest.approx(locked_hz(model)[:7], rel=1e-7)
     assert pytest.approx(model.B.T @ model.M @ model.B, rel=1e-9) == form.B.T @ form.M @ form.B
     assert form.node_rows("disc.end").shape == (6, 13)
+
+
+def test_a_free_mode_that_is_missing_is_no_number_and_meets_no_bound() -> None:
+    """More free modes below 100 Hz than are served used to end in a traceback."""
+    exact = np.array([20.0, 40.0, 60.0, 200.0])
+    assert free_error(np.array([20.0, 40.4]), exact) != free_error(np.array([20.0, 40.4]), exact)  # NaN
+    assert free_error(np.array([20.0, 40.4, 60.0, 70.0]), exact) == pytest.approx(1.0)
+
+
+def test_served_model_is_that_of_linearize_and_told_beside_the_cut_full_model() -> None:
+    table, checks = served_table()
+    (home, *_), rows = serve("", 7), {(row[0], row[1]): row for row in table.rows}
+    error = free_error(free_hz(home), free_hz(model_at("full", "home")))
+    served = rows["served: Guyan, as described", "6 + 7"]
+    assert served[5] == pytest.approx(error) == pytest.approx(0.848, abs=2e-3)
+    assert rows["full model, cut", "6 + 7"][5] == pytest.approx(0.135, abs=2e-3)
+    (free,) = (check for check in checks if "free-motor" in check.name)
+    assert "full model" in free.name and "0.135 %; the served model 0.850 %" in free.found
 
 
 def test_synthetic_robots_have_springs_within_their_factors_and_their_own_damping() -> None:

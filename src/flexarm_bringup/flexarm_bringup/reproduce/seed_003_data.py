@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,26 @@ DESCRIPTIONS = {
     "lumped": "rigid links, three springs per joint",
     "rigid": "rigid links, gear springs alone",
 }
+
+
+class Linear(Protocol):
+    """A linear model, as assembled or as served."""
+
+    @property
+    def M(self) -> Array:
+        """Mass, (n, n)."""
+
+    @property
+    def D(self) -> Array:
+        """Damping, (n, n)."""
+
+    @property
+    def K(self) -> Array:
+        """Stiffness, (n, n)."""
+
+    @property
+    def B(self) -> Array:
+        """Input, (n, 6)."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +120,7 @@ def with_springs(config: ManipulatorConfig, changed: Callable[[Joint, Axis], Axi
     return _with_joints(config, lambda j: tuple(a if a.actuated else changed(j, a) for a in j.axes))
 
 
-def motor_frf(model: LinearAssembly, f_hz: Array) -> Frf:
+def motor_frf(model: Linear, f_hz: Array) -> Frf:
     """Return motor acceleration per motor torque, output side [(rad/s^2)/(N m)], (k, 6, 6)."""
     return exact_frf(f_hz, (model.M, model.D, model.K), Ports(model.B, model.B.T), "accelerance")
 

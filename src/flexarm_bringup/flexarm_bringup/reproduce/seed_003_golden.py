@@ -12,6 +12,7 @@ from flexarm_bringup.reproduce.seed_003_data import (
     DESCRIPTIONS,
     HIGH_HZ,
     POSES,
+    Linear,
     model_at,
     models,
     motor_frf,
@@ -160,7 +161,7 @@ def locked_hz(model: LinearAssembly) -> Array:
     return np.asarray(np.sqrt(eigh(K, M, eigvals_only=True)) / (2 * np.pi))
 
 
-def free_hz(model: LinearAssembly) -> Array:
+def free_hz(model: Linear) -> Array:
     """Return the frequencies with free motors, without their six rigid modes [Hz]."""
     value = eigh(model.K, model.M, eigvals_only=True)[N_MOTORS:]
     return np.asarray(np.sqrt(value) / (2 * np.pi))
