@@ -16,6 +16,7 @@ from flexarm_bringup.reproduce import seed_001, seed_001_fits, seed_001_rig
 from flexarm_bringup.reproduce.seed_001_close import pair, study
 from flexarm_bringup.reproduce.seed_001_data import SEED
 from flexarm_bringup.reproduce.seed_001_machine import PRESETS, Machine, load_machine, magnitude
+from flexarm_bringup.reproduce.seed_001_point_mass import STIFFNESS, null_reading, point_mass
 from flexarm_bringup.reproduce.seed_001_printed import milling_force, read_printed
 from flexarm_bringup.reproduce.seed_001_rig import Rig, Unknowns, assemble, fit_unknowns, legs
 from flexarm_model.manipulator.body_spec import Beam, RigidBody
@@ -112,6 +113,23 @@ def test_the_pipeline_agrees_with_the_twelve_coordinates(machines: dict[str, Mac
 @pytest.mark.parametrize("preset", PRESETS)
 def test_all_modes_have_the_damping_of_the_second(machines: dict[str, Machine], preset: str) -> None:
     assert machines[preset].model.zeta == pytest.approx(np.full(10, SEED[preset].zeta), rel=3e-6)
+
+
+def test_the_point_mass_has_the_frequencies_of_its_stiffness_in_the_notes() -> None:
+    modes = point_mass(96.0, 129.0, 0.02)
+    K = modes.shapes @ np.diag(modes.omega**2) @ modes.shapes.T * 0.72729**2
+    np.testing.assert_allclose(K, STIFFNESS, rtol=1e-4)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_null_predictor_is_read_on_the_same_grid_as_the_machine(
+    machines: dict[str, Machine], preset: str
+) -> None:
+    null, ours = null_reading(SEED[preset]), machines[preset].reading("tool")
+    assert (null.f_hz, null.low_hz, null.high_hz) == (ours.f_hz, ours.low_hz, ours.high_hz)
+    assert null.stiffness == pytest.approx(ours.stiffness, rel=5e-3)  # other modes hardly show
+    softer = replace(SEED[preset], f2_hz=SEED[preset].f2_hz + 0.25)
+    assert null_reading(softer).height != null.height  # read, not quoted
 
 
 def test_gravity_which_is_left_out_hardly_moves_a_mode(machines: dict[str, Machine]) -> None:

@@ -15,19 +15,16 @@ from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_001_fits import rms_percent, start_poles, with_noise
 from flexarm_bringup.reproduce.seed_001_machine import magnitude
+from flexarm_bringup.reproduce.seed_001_point_mass import MASS, point_mass
 from flexarm_model.modal.fit import fit_poles
 from flexarm_model.modal.frf import Frf, Ports, modal_frf
 from flexarm_model.modal.half_power import half_power
-from flexarm_model.modal.modes import Modes, normal_modes
+from flexarm_model.modal.modes import Modes
 from flexarm_model.modal.peaks import pick_peaks
 
 Array = NDArray[np.float64]
 
-MASS = 0.72729  # kg, seed 001, section 3
-STIFFNESS = np.array(
-    [[421262.0, 155533.0, -229481.0], [155533.0, 419041.0, -229954.0], [-229481.0, -229954.0, 1555933.0]]
-)  # N/m
-CENTRE_HZ, THIRD_HZ, ZETA = 129.0, 240.0, 0.0232
+CENTRE_HZ, ZETA = 129.0, 0.0232
 LINES = np.arange(104.0, 154.25, 0.5)  # Hz: 25 Hz around
 DISTANCES_HZ = (33.0, 12.0, 8.0, 6.0, 4.0, 3.0)
 LEVELS_DB = (40.0, 30.0, 20.0)
@@ -132,12 +129,8 @@ def study(distance_hz: float, level_db: float, runs: int) -> Pair:
 
 def pair(distance_hz: float) -> tuple[Modes, Frf]:
     """Return two modes so far apart and their responses along x, y, z to a force on both, (k, 3, 1)."""
-    mass = MASS * np.eye(3)
-    shapes = normal_modes(mass, np.zeros((3, 3)), STIFFNESS).shapes
-    f_hz = np.array([CENTRE_HZ - distance_hz / 2, CENTRE_HZ + distance_hz / 2, THIRD_HZ])
-    omega = 2 * np.pi * f_hz
-    modes = Modes(omega, 2 * ZETA * omega, shapes)
-    force = mass @ shapes[:, :2].sum(axis=1)
+    modes = point_mass(CENTRE_HZ - distance_hz / 2, CENTRE_HZ + distance_hz / 2, ZETA)
+    force = MASS * modes.shapes[:, :2].sum(axis=1)
     return modes, modal_frf(LINES, modes, Ports(force[:, None], np.eye(3)))
 
 
