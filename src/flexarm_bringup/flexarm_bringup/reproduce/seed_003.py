@@ -9,7 +9,7 @@ from __future__ import annotations
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Page, Table
-from flexarm_bringup.reproduce.seed_003_comparison import paper_table, robot_table, statement_table
+from flexarm_bringup.reproduce.seed_003_comparison import paper_table, robot_table
 from flexarm_bringup.reproduce.seed_003_data import robot
 from flexarm_bringup.reproduce.seed_003_golden import (
     frequency_table,
@@ -21,6 +21,7 @@ from flexarm_bringup.reproduce.seed_003_links import link_table
 from flexarm_bringup.reproduce.seed_003_orders import deviation_table, reduction_table
 from flexarm_bringup.reproduce.seed_003_path import assumed_drives, path_section
 from flexarm_bringup.reproduce.seed_003_served import served_table
+from flexarm_bringup.reproduce.seed_003_statements import statement_table
 from flexarm_bringup.reproduce.seed_003_statics import static_table
 
 TITLE = "Seed 003, the six-axis robot with flexible bodies: models of falling order on assumed numbers"

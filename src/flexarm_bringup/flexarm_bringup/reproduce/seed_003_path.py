@@ -135,14 +135,10 @@ def deviation_table() -> Table:
 
 def friction_table() -> Table:
     """Return whether the flexible robot overshoots more without friction, as the paper reads its path."""
-    rows: list[Cells] = []
-    for reading, name in READINGS.items():
-        bare, rubbed = (excursions(drive_lap(c)) for c in (replace(CASES[name], **BARE), CASES[name]))
-        pairs = [
-            (bare["corners"].out, rubbed["corners"].out),
-            (bare["lines"].inside, rubbed["lines"].inside),
-        ]
-        rows.append([reading, *(cell for pair in pairs for cell in (*pair, pair[0] > pair[1]))])
+    rows: list[Cells] = [
+        [reading, *(cell for bare, rubbed in pairs for cell in (bare, rubbed, bare > rubbed))]
+        for reading, pairs in overshoots().items()
+    ]
     columns = [Column("friction")]
     for head in ("out of the corners", "back inside after them"):
         columns += [
@@ -156,6 +152,21 @@ def friction_table() -> Table:
         "Direction only: it depends on what the drives know of friction.",
     ]
     return Table("Path test: does the flexible robot overshoot more without friction?", columns, rows, notes)
+
+
+def overshoots() -> dict[str, list[tuple[float, float]]]:
+    """Return by reading how far the flexible robot is out of corners and back inside after them [mm].
+
+    Each is a pair: without friction and with it.
+    """
+    found = {}
+    for reading, name in READINGS.items():
+        bare, rubbed = (excursions(drive_lap(c)) for c in (replace(CASES[name], **BARE), CASES[name]))
+        found[reading] = [
+            (bare["corners"].out, rubbed["corners"].out),
+            (bare["lines"].inside, rubbed["lines"].inside),
+        ]
+    return found
 
 
 def rank_check() -> Check:

@@ -41,6 +41,7 @@ Complex = NDArray[np.complex128]
 SEEDS = (0, 1, 2)
 MORE_SEEDS = tuple(range(10))  # on which one run of the fit is tried as well
 GEARS, BEARINGS = (0.75, 1.10), (0.60, 1.10)  # factors on the stiffnesses
+DRAWN = min(*GEARS, *BEARINGS), max(*GEARS, *BEARINGS)
 ROBOT_DAMPING = 5e-4  # s, times stiffness
 MODEL_DAMPING = 3e-4  # s, the same in the models
 FITTED_AT = "mid"
