@@ -24,6 +24,7 @@ from flexarm_bringup.reproduce.seed_000_data import (
     serve,
 )
 from flexarm_bringup.reproduce.seed_000_frame import build_frame, element_matrices
+from flexarm_bringup.reproduce.seed_000_materials import material_table
 from flexarm_bringup.reproduce.seed_000_modal_test import (
     GOLDEN_FRF,
     LINES_HZ,
@@ -36,7 +37,9 @@ from flexarm_bringup.reproduce.seed_000_modal_test import (
 )
 from flexarm_bringup.reproduce.seed_000_numerics import GOLDEN_HZ
 from flexarm_bringup.reproduce.seed_000_rig import POSES, RIG, Rig, place_legs
+from flexarm_bringup.share import share_path
 from flexarm_model.kinematics.planar_legs import PlanarLegs
+from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import find_equilibrium
 
 Capture = pytest.CaptureFixture[str]
@@ -119,6 +122,18 @@ def test_elbows_and_link_angles_are_golden(pose: str) -> None:
     np.testing.assert_allclose([leg.elbow for leg in legs], GOLDEN_ELBOWS[pose], atol=0.6e-4)
     angles = np.degrees([leg.angles for leg in legs]).T
     np.testing.assert_allclose(angles, GOLDEN_ANGLES[pose], atol=0.0051)
+
+
+@pytest.mark.parametrize("key", ["youngs_modulus", "density"])
+def test_a_strip_of_another_material_than_printed_misses_the_bound(key: str) -> None:
+    value = {"youngs_modulus": "210 GPa", "density": "7850 kg/m^3"}[key]
+    changed = load_config(
+        share_path("config/manipulators/planar_3rrr.yaml"),
+        changes={f"bodies.second_3.pieces.1.{key}": value},
+    )
+    assert material_table(load())[1][0].passed
+    (check,) = material_table(changed)[1]
+    assert not check.passed and check.found.startswith("second_3 ")
 
 
 @pytest.mark.parametrize("pose", POSES)
@@ -244,7 +259,7 @@ def test_command_writes_json_and_a_page_with_plots(tmp_path: Path, capsys: Captu
     assert cli.main(["reproduce", "000", "--json", str(files[0]), "--html", str(files[1])]) == 0
     content = json.loads(files[0].read_text())
     assert content["passed"] is True
-    assert len(content["tables"]) == 8
+    assert len(content["tables"]) == 9
     assert files[1].read_text().count("<svg") == 4
     assert "pose B (+5 cm, +5 cm, 0°), motors locked: predicted" in capsys.readouterr().out
 

@@ -13,10 +13,12 @@ import pytest
 from numpy.typing import NDArray
 
 from flexarm_bringup import cli
-from flexarm_bringup.reproduce import seed_004_photographs
+from flexarm_bringup.reproduce import seed_004_matrices, seed_004_photographs
 from flexarm_bringup.reproduce.reference import read_records
+from flexarm_bringup.reproduce.seed_004 import stiffness_lines
 from flexarm_bringup.reproduce.seed_004_data import (
     COPIED_SAMPLE,
+    MANIPULATOR,
     arm_config,
     elbow_arm,
     find_moving_angle,
@@ -25,7 +27,8 @@ from flexarm_bringup.reproduce.seed_004_data import (
     read_photographs,
 )
 from flexarm_bringup.reproduce.seed_004_film import Filmed, run_all, skill_table
-from flexarm_bringup.reproduce.seed_004_matrices import RigidLinks, mode_table
+from flexarm_bringup.reproduce.seed_004_matrices import RigidLinks, mode_checks, mode_table
+from flexarm_bringup.reproduce.seed_004_parameters import frame_check, parameter_table
 from flexarm_bringup.reproduce.seed_004_photographs import fit_lengths
 from flexarm_bringup.reproduce.seed_004_printed import (
     appendix_block,
@@ -33,6 +36,8 @@ from flexarm_bringup.reproduce.seed_004_printed import (
     literal_gravity,
     literal_inverse,
 )
+from flexarm_bringup.share import share_path
+from flexarm_model.reading.config import load_config
 
 Array = NDArray[np.float64]
 
@@ -155,7 +160,37 @@ def test_the_printed_inverse_fails_in_eight_poses() -> None:
 def test_every_bound_is_met(written: Written) -> None:
     assert written.code == 0 and written.content["passed"] is True
     assert [check["name"] for check in written.content["checks"] if not check["passed"]] == []
-    assert len(written.content["checks"]) == 13
+    assert len(written.content["checks"]) == 21
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "missed"),
+    [
+        ("bodies.link_2.nodes.shoulder.0", "-291 mm", "lengths"),
+        ("bodies.link_3.mass", "147.6 g", "masses"),
+        ("bodies.link_1.com.2", "24.6 mm", "centres of mass"),
+        ("bodies.link_2.inertia.0", "0.00003825 kg m^2", "moments of inertia"),
+        ("joints.elbow_spring.axes.rz.damping", "1.4 N m s/rad", "k and c"),
+        ("joints.base_spring.axes.ry.stiffness.values.1", "1.7 N m/deg", "k and c"),
+    ],
+)
+def test_a_parameter_that_is_not_the_papers_misses_its_bound(key: str, value: str, missed: str) -> None:
+    arm = RigidLinks(load_config(share_path(MANIPULATOR), changes={key: value}))
+    _, checks = parameter_table(arm)
+    assert f"table 2: {missed}" in [check.name for check in checks if not check.passed]
+    says_paper = "k, c: paper's value," in stiffness_lines(arm)[1]
+    assert says_paper == (missed != "k and c")
+
+
+def test_a_link_of_another_length_is_not_where_the_papers_table_1_has_it() -> None:
+    assert frame_check(RigidLinks(arm_config())).passed
+    assert not frame_check(RigidLinks(arm_config("table_3"))).passed
+
+
+def test_modes_of_another_stiffness_miss_their_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert all(check.passed for check in mode_checks())
+    monkeypatch.setitem(seed_004_matrices.MODE_CASES, "deg", "soft")
+    assert [check.passed for check in mode_checks()] == [False, True]
 
 
 def test_units_and_what_is_inferred_are_said(written: Written) -> None:
@@ -167,7 +202,7 @@ def test_units_and_what_is_inferred_are_said(written: Written) -> None:
 
 
 def test_the_page_has_every_table_and_plot(written: Written) -> None:
-    assert len(written.content["tables"]) == 8
+    assert len(written.content["tables"]) == 9
     assert written.html.count("<svg") == 3
     assert "Table 3 recomputed" in written.text
 

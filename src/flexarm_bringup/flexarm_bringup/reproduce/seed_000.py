@@ -11,6 +11,7 @@ from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Page, Table
 from flexarm_bringup.reproduce.seed_000_data import load, read_published, serve
 from flexarm_bringup.reproduce.seed_000_frequencies import paper_table, pose_table, worth_table
+from flexarm_bringup.reproduce.seed_000_materials import material_table
 from flexarm_bringup.reproduce.seed_000_modal_test import peak_table, response_table, run_modal_test
 from flexarm_bringup.reproduce.seed_000_numerics import golden_table, size_table
 
@@ -56,6 +57,7 @@ def main(figures: bool = False) -> Page:
         pose_table("B", published, served),
         worth_table(published, served),
         paper_table(published),
+        material_table(served.tree.config),
         golden_table(served),
         size_table(served, fine),
         peak_table(test, served, published),
@@ -65,8 +67,8 @@ def main(figures: bool = False) -> Page:
     if figures:
         from flexarm_bringup.reproduce import seed_000_figures as draw
 
-        items.insert(8, draw.response_figure(test))
-        items.insert(7, draw.cmif_figure(test, published))
+        items.insert(9, draw.response_figure(test))
+        items.insert(8, draw.cmif_figure(test, published))
         items.insert(2, draw.error_figure(published, served))
         items.insert(0, draw.shapes_figure(served))
     config = served.tree.config

@@ -1,7 +1,7 @@
 """Seed 004, the arm with variable-stiffness links: the paper's tables against this model, misprints and all.
 
-Order of reading: the photographed poses (table 3), their averages, what calibrated lengths are worth, mass
-matrix and gravity, the unit of the stiffness, the filmed moves (table 4), the printed equations.
+Order of reading: parameters (tables 1 and 2), photographed poses (table 3), their averages, what calibrated
+lengths are worth, mass matrix and gravity, unit of the stiffness, filmed moves (table 4), printed equations.
 """
 
 from __future__ import annotations
@@ -13,7 +13,19 @@ from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Page, Table
 from flexarm_bringup.reproduce.seed_004_data import arm_config, read_photographs
 from flexarm_bringup.reproduce.seed_004_film import SPRINGS, run_all, sample_table, skill_table
-from flexarm_bringup.reproduce.seed_004_matrices import RigidLinks, golden_table, inverse_check, mode_table
+from flexarm_bringup.reproduce.seed_004_matrices import (
+    RigidLinks,
+    golden_table,
+    inverse_check,
+    mode_checks,
+    mode_table,
+)
+from flexarm_bringup.reproduce.seed_004_parameters import (
+    SAME,
+    described_values,
+    parameter_table,
+    printed_values,
+)
 from flexarm_bringup.reproduce.seed_004_photographs import average_table, theory_table
 from flexarm_bringup.reproduce.seed_004_photographs import skill_table as length_table
 from flexarm_bringup.reproduce.seed_004_printed import printed_table
@@ -62,11 +74,12 @@ def main(figures: bool = False) -> Page:
     """
     photos, filmed, arm = read_photographs(), run_all(), RigidLinks(arm_config())
     sections: list[tuple[Table, list[Check]]] = [
+        parameter_table(arm),
         theory_table(photos),
         average_table(photos),
         length_table(photos),
         golden_table(arm),
-        (mode_table(), [inverse_check()]),
+        (mode_table(), [*mode_checks(), inverse_check()]),
         skill_table(filmed),
         (sample_table(filmed), []),
         (printed_table(photos, arm), []),
@@ -75,9 +88,9 @@ def main(figures: bool = False) -> Page:
     if figures:
         from flexarm_bringup.reproduce.seed_004_figures import error_figure, move_figure, unit_figure
 
-        items.insert(7, move_figure(filmed))
-        items.insert(5, unit_figure(filmed.runs[SPRINGS].ramps))
-        items.insert(3, error_figure(photos))
+        items.insert(8, move_figure(filmed))
+        items.insert(6, unit_figure(filmed.runs[SPRINGS].ramps))
+        items.insert(4, error_figure(photos))
     remarks = {
         "Parameters": stiffness_lines(arm),
         "Fitted": FITTED,
@@ -92,8 +105,11 @@ def main(figures: bool = False) -> Page:
 def stiffness_lines(arm: RigidLinks) -> list[str]:
     """Return what stiffness and damping are, and where they come from."""
     k, c = (float(values[0]) for values in arm.springs)
+    printed, ours = printed_values(), described_values(arm)
+    is_paper = all(math.isclose(ours[x], printed[x], rel_tol=SAME) for x in printed if x[0] in "kc")
+    whose = "paper's value" if is_paper else "not the paper's values, see table 2"
     return [
         f"stiffness_unit = deg: k = {math.radians(k):.2f} N m/deg = {k:.1f} N m/rad, c = {c:g} N m s/rad, "
         f"pressure {arm.config.parameters['pressure'] / 1e5:g} bar",
-        "k, c: paper's value, unit assumed; ramps and start times inferred",
+        f"k, c: {whose}, unit assumed; ramps and start times inferred",
     ]

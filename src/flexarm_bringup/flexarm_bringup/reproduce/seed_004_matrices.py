@@ -34,6 +34,14 @@ LOWEST_DEG, HIGHEST_DEG = (-180.0, -60.0, 3.0), (180.0, 240.0, 150.0)  # a strai
 INVERSE_BOUND = 1e-9  # deg
 SYMMETRY = 1e-14  # of the largest element
 MODE_POSE_DEG = (0.0, 16.0, -45.0)
+GOLDEN_MODES = {  # unit: modes [Hz] and damping ratios of joints 1 to 3; seed 004, section 3
+    "deg": ((8.74, 8.75, 41.5), (0.38, 0.39, 1.21)),
+    "rad": ((1.16, 1.16, 5.5), (2.8, 2.9, 9.2)),
+}
+MODE_DIGITS = {  # half of the last digit printed there
+    "deg": ((0.005, 0.005, 0.05), (0.005, 0.005, 0.005)),
+    "rad": ((0.005, 0.005, 0.05), (0.05, 0.05, 0.05)),
+}
 MODE_CASES = {"deg": "", "deg, soft": "soft", "rad": "rad"}
 GOLDEN_COLUMNS = (
     Column("q [deg]"),
@@ -100,6 +108,13 @@ class RigidLinks:
         axes = [self.tree.axes[i] for i in self.links]
         return np.array([axis.stiffness for axis in axes]), np.array([axis.damping for axis in axes])
 
+    def modes(self) -> tuple[Array, Array]:
+        """Return frequencies of the links [Hz] and damping ratios of the joints [1], (3,) each; no weight."""
+        k, c = self.springs
+        M = self.mass_matrix(np.radians(MODE_POSE_DEG))
+        f_hz = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, np.diag(k))).real)) / (2 * np.pi)
+        return f_hz, c / (2.0 * np.sqrt(k * np.diag(M)))
+
 
 def golden_table(arm: RigidLinks) -> tuple[Table, list[Check]]:
     """Return the golden values of M, G and the tip, and what is found on random poses."""
@@ -127,21 +142,35 @@ def mode_table() -> Table:
     rows: list[Cells] = []
     for unit, preset in MODE_CASES.items():
         arm = RigidLinks(arm_config(preset))
-        k, c = arm.springs
-        M = arm.mass_matrix(np.radians(MODE_POSE_DEG))
-        f_hz = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, np.diag(k))).real)) / (2 * np.pi)
-        zeta = c / (2.0 * np.sqrt(k * np.diag(M)))
+        f_hz, zeta = arm.modes()
         q0 = linearize(arm.tree, np.radians([0.0, 16.0, 0.0])).q0
         sag = -float(np.degrees(q0[arm.links[1]]))
         texts = [" / ".join(f"{value:.3g}" for value in values) for values in (f_hz, zeta)]
         bar = arm.config.parameters["pressure"] / 1e5
-        rows.append([unit, bar, float(k[0]), *texts, sag, bool(zeta.min() < 1.0)])
+        rows.append([unit, bar, float(arm.springs[0][0]), *texts, sag, bool(zeta.min() < 1.0)])
     notes = [
         "Links at (0, 16, −45)°, servos held, without gravity; damping ratio of a joint: c / (2 √(k M_jj)).",
         "The paper reports oscillations, which N m/rad cannot give. Table 4 does not decide between them.",
         "1 bar: proportional law, assumed for demonstration; only 2 bar was tested.",
     ]
     return Table("Unit of the stiffness: modes, damping and sag", MODE_COLUMNS, rows, notes)
+
+
+def mode_checks() -> list[Check]:
+    """Return whether modes and damping ratios are those of the notes, under both readings of the unit."""
+    checks = []
+    for unit, golden in GOLDEN_MODES.items():
+        found = RigidLinks(arm_config(MODE_CASES[unit])).modes()
+        off = abs(np.array(found) - golden)
+        wanted, ours = (
+            "; ".join(" / ".join(f"{x:{form}}" for x in values) for values in both)
+            for form, both in (("g", golden), (".3g", found))
+        )
+        good = bool((off <= MODE_DIGITS[unit]).all())
+        checks.append(
+            Check(f"N m/{unit}: modes [Hz]; damping ratios, half a printed digit", wanted, ours, good)
+        )
+    return checks
 
 
 def inverse_check() -> Check:
