@@ -26,7 +26,7 @@ from flexarm_bringup.reproduce.seed_004_data import (
     read_film,
     read_photographs,
 )
-from flexarm_bringup.reproduce.seed_004_film import Filmed, run_all, skill_table
+from flexarm_bringup.reproduce.seed_004_film import NOTED_SPEED, Filmed, implied_speeds, run_all, skill_table
 from flexarm_bringup.reproduce.seed_004_matrices import RigidLinks, mode_checks, mode_table
 from flexarm_bringup.reproduce.seed_004_parameters import frame_check, parameter_table
 from flexarm_bringup.reproduce.seed_004_photographs import fit_lengths
@@ -132,6 +132,11 @@ def test_the_rigid_null_is_in_the_next_row(filmed: Filmed) -> None:
     )
     late = np.array(rows[springs + 2][1:], dtype=float)
     np.testing.assert_allclose(late, [0.27, 0.55, 0.19, 0.81, 1.25, 0.24, 4.0, 2.2, 5.5], atol=0.06)
+
+
+def test_the_speed_of_the_notes_comes_of_the_misprinted_sample() -> None:
+    assert implied_speeds(read_film()) == pytest.approx([-48.21, -48.98, -29.05], abs=0.005)
+    assert implied_speeds(read_film(as_printed=True))[0] == pytest.approx(NOTED_SPEED, abs=0.005)
 
 
 def test_ramps_fitted_to_the_camera_are_golden(filmed: Filmed) -> None:

@@ -119,7 +119,7 @@ def reduction_table() -> tuple[Table, list[Check]]:
         *(Column(p, ".3f") for p in POSES),
     ]
     notes = [
-        "By construction: bracket and tail of the assumed robot put link modes at 295 and 721 Hz. "
+        "By construction: bracket and tail of the assumed robot put link modes below 1 kHz. "
         "Beams alone would not part below 1 kHz: the paper's 100 and 300 Hz are not predicted here.",
         f"Locked modes below {HIGH_HZ:g} Hz: Guyan within {frequency_gap():.2f} % of CB-1000 (notes 0.9 %).",
     ]

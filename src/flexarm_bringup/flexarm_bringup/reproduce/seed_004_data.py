@@ -116,10 +116,15 @@ def read_photographs() -> Photographs:
     return Photographs(tuple(table), front, printed, restored, measured, theory)
 
 
-def read_film() -> Film:
-    """Return table 4 without its copied sample, the misprinted one put right."""
+def read_film(as_printed: bool = False) -> Film:
+    """Return table 4 without its copied sample.
+
+    Args:
+        as_printed: Leave the misprinted x of the last sample as it is; otherwise it is put on its circle.
+    """
     table = {name: row for name, row in read_records("seed004_table4").items() if name != COPIED_SAMPLE}
-    table[OFF_CIRCLE_SAMPLE]["th_x_mm"] = str(ON_CIRCLE_MM)
+    if not as_printed:
+        table[OFF_CIRCLE_SAMPLE]["th_x_mm"] = str(ON_CIRCLE_MM)
     joint = np.array([JOINT_OF_PHASE[row["phase"]] for row in table.values()])
     measured, theory = (_columns(table, [f"{key}_{axis}_mm" for axis in ALONG]) for key in ("exp", "th"))
     seen = np.column_stack([np.full(len(joint), True), joint == 0, joint != 0])
