@@ -213,6 +213,7 @@ def test_what_is_fitted_assumed_and_not_claimed_is_said(page: Page) -> None:
     assert all(head in text for head in ("Fitted", "Assumed", "Not claimed", "Errors and misprints"))
     assert "zero degrees of freedom left" in text
     assert "per unit force" in text
+    assert "force along mode 2" in "\n".join(page.remarks["Assumed"])
     assert all(f"{value:g}" in text for value in (0.613721, 0.815293, 1065.65, 31930.9))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from flexarm_bringup.reproduce.seed_002_data import (
     read_published,
     record_all,
 )
+from flexarm_bringup.reproduce.seed_002_errors import rate_table
 from flexarm_bringup.reproduce.seed_002_shaping import Results, measure_all
 
 Capture = pytest.CaptureFixture[str]
@@ -127,6 +129,18 @@ def test_what_is_fitted_assumed_and_not_claimed_is_said(page: Page) -> None:
     assert text.count("known outlier of the experiment") == 2
     assert text.count("misprint: 0.0950") == 2
     assert "E = 208.5 GPa (printed 210)" in text
+    assumed = "\n".join(page.remarks["Assumed"])
+    wanted = ("horizontally", "Butterworth of 20 Hz on its 512 Hz records, of order 4", "delay of one sample")
+    assert all(said in assumed for said in wanted)
+
+
+def test_an_error_rate_more_than_a_hundredth_off_is_missed() -> None:
+    published = read_published()
+    check, _ = rate_table(published)[1]
+    assert check.passed and check.wanted == "within 0.01"
+    row = {**published.table2["C1B"], "printed_per_percent": 3.308}  # 0.0135 off
+    moved = replace(published, table2={**published.table2, "C1B": row})
+    assert not rate_table(moved)[1][0].passed
 
 
 @pytest.mark.slow

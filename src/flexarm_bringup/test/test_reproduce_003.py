@@ -30,7 +30,7 @@ from flexarm_bringup.reproduce.seed_003_data import (
     robot,
 )
 from flexarm_bringup.reproduce.seed_003_golden import DH, DOF, FREE, LOCKED, free_hz, locked_hz
-from flexarm_bringup.reproduce.seed_003_links import fixed_interface_hz
+from flexarm_bringup.reproduce.seed_003_links import fixed_interface_hz, torsion_hz
 from flexarm_bringup.reproduce.seed_003_orders import NOTES as ORDER_NOTES
 from flexarm_bringup.reproduce.seed_003_robots import (
     BEARINGS,
@@ -85,6 +85,13 @@ def test_links_ring_where_the_notes_say_with_their_interfaces_held() -> None:
     assert fixed_interface_hz("forearm")[:2] == pytest.approx([1057, 1057], rel=1e-3)
     for name in ("base", "frame", "housing", "wrist", "disc"):
         assert fixed_interface_hz(name)[0] > 1500.0
+
+
+def test_torsion_of_the_notes_has_sections_that_turn_by_their_torsion_constant() -> None:
+    """Ours is 718 Hz, that of the notes 721."""
+    turning, by_constant = torsion_hz("bracket")
+    assert turning == pytest.approx(fixed_interface_hz("bracket")[2], rel=1e-3)
+    assert by_constant == pytest.approx(721, abs=0.5)
 
 
 def test_two_elements_per_link_are_enough_below_100_hz() -> None:
@@ -208,6 +215,24 @@ def test_what_is_assumed_fitted_and_not_claimed_is_said(page: Page) -> None:
     assert all(head in text for head in ("Assumed", "Fitted", "Not claimed", "Not established"))
     assert "by construction" in text and "many minima" in text and "not checkable" in text
     assert all(line in text for line in robot().assumed)
+
+
+def test_all_that_is_assumed_stands_before_the_tables_value_by_value(page: Page) -> None:
+    text, html = page.to_text(), page.to_html()
+    for written in (text, html):
+        assert written.index("Assumed") < written.index("Order of the models")
+    assumed = "\n".join(page.to_json()["remarks"]["Assumed"])
+    for said in (
+        "square of 0.40 m centred at (1.25, 0, 0.80) m",
+        "corners of radius 0.05 m, 5 m/s²",
+        "tool down; one lap at 500 mm/s",
+        "every gear × 0.75 to 1.1, every bearing × 0.6 to 1.1",
+        "factor 2 on each stiffness against 3 dB",
+        "mid (20, 25, 15, 30, -45, 40)°",
+        "payload 20 kg at (0.1, 0, 0.05) m, (0.2, 0.25, 0.25) kg m²",
+        "tail, wrist_motors 12 kg at 0.25 m, 0.031 kg m²",
+    ):
+        assert said in assumed
 
 
 def test_command_writes_json_and_a_page_with_plots(tmp_path: Path, capsys: Capture) -> None:

@@ -74,6 +74,9 @@ PAGE = """\
 <p><span class="verdict" data-state="{{ 'ok' if page.passed else 'MISSED' }}">
 {{- page.summary }}</span></p>
 {%- endif %}
+{%- for head, lines in page.premises.items() %}
+<h2>{{ head }}</h2><ul>{% for line in lines %}<li>{{ line }}</li>{% endfor %}</ul>
+{%- endfor %}
 {%- for item in page.items %}
 {%- if item.svg is defined %}
 <figure role="img" aria-label="{{ item.caption }}">{{ item.svg | safe }}

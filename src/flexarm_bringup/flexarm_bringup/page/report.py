@@ -122,6 +122,7 @@ class Page:
         checks: Acceptance bounds.
         remarks: Groups of sentences with a heading: what is fitted, assumed, not claimed.
         data: More for the JSON file.
+        premises: The same as remarks, for what is to be read before the tables.
     """
 
     title: str
@@ -130,6 +131,7 @@ class Page:
     checks: Sequence[Check] = ()
     remarks: dict[str, Sequence[str]] = field(default_factory=dict)
     data: dict[str, Any] = field(default_factory=dict)
+    premises: dict[str, Sequence[str]] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
@@ -153,10 +155,9 @@ class Page:
     def to_text(self) -> str:
         """Return the page for a terminal, without its figures."""
         blocks = [f"{self.title}\n{'═' * len(self.title)}\n{self.lead}"]
+        blocks += _groups(self.premises)
         blocks += [item.to_text() for item in self.items if isinstance(item, Table)]
-        blocks += [
-            "\n".join([head, *(f"  · {line}" for line in lines)]) for head, lines in self.remarks.items()
-        ]
+        blocks += _groups(self.remarks)
         if self.checks:
             blocks.append(self.check_table().to_text())
         return "\n\n".join(blocks)
@@ -168,7 +169,7 @@ class Page:
             "passed": self.passed,
             "tables": [item.to_json() for item in self.items if isinstance(item, Table)],
             "checks": [vars(check) for check in self.checks],
-            "remarks": {head: list(lines) for head, lines in self.remarks.items()},
+            "remarks": {head: list(lines) for head, lines in (self.premises | self.remarks).items()},
             **self.data,
         }
 
@@ -227,6 +228,11 @@ def _write(path: Path, text: str) -> None:
     else:
         with written_whole(path.resolve(), text):
             pass
+
+
+def _groups(remarks: dict[str, Sequence[str]]) -> list[str]:
+    """Return groups of sentences for a terminal."""
+    return ["\n".join([head, *(f"  · {line}" for line in lines)]) for head, lines in remarks.items()]
 
 
 def _padded(lines: list[str], depth: int) -> list[str]:

@@ -1,7 +1,8 @@
 """Seed 003, the six-axis robot with flexible bodies: models of falling order on an assumed set of numbers.
 
-Order of reading: what the robot is (order, frequencies, statics, responses), where reductions part, the
-served form, the paper's deviations beside those from synthetic robots, which statements can be checked.
+Order of reading: all that is assumed, what the robot is (order, frequencies, statics, responses), where
+reductions part, the served form, the paper's deviations beside those from synthetic robots, which statements
+can be checked.
 """
 
 from __future__ import annotations
@@ -9,8 +10,8 @@ from __future__ import annotations
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Page, Table
+from flexarm_bringup.reproduce.seed_003_assumed import assumed_here
 from flexarm_bringup.reproduce.seed_003_comparison import paper_table, robot_table
-from flexarm_bringup.reproduce.seed_003_data import robot
 from flexarm_bringup.reproduce.seed_003_golden import (
     frequency_table,
     kinematics_checks,
@@ -19,7 +20,7 @@ from flexarm_bringup.reproduce.seed_003_golden import (
 )
 from flexarm_bringup.reproduce.seed_003_links import link_table
 from flexarm_bringup.reproduce.seed_003_orders import deviation_table, reduction_table
-from flexarm_bringup.reproduce.seed_003_path import assumed_drives, path_section
+from flexarm_bringup.reproduce.seed_003_path import path_section
 from flexarm_bringup.reproduce.seed_003_served import served_table
 from flexarm_bringup.reproduce.seed_003_statements import statement_table
 from flexarm_bringup.reproduce.seed_003_statics import static_table
@@ -77,6 +78,6 @@ def main(figures: bool = False) -> Page:
         from flexarm_bringup.reproduce.seed_003_path_figure import path_figure
 
         items += [*all_figures(), path_figure()]
-    remarks = {"Assumed": [*robot().assumed, *assumed_drives()], "Fitted": [FITTED], **REMARKS}
+    remarks = {"Fitted": [FITTED], **REMARKS}
     checks = [*kinematics_checks(), *(check for _, found in sections for check in found), *path_checks]
-    return Page(TITLE, LEAD, items, checks, remarks)
+    return Page(TITLE, LEAD, items, checks, remarks, premises={"Assumed": assumed_here()})
