@@ -16,6 +16,7 @@ import pytest
 from flexarm_bringup.arguments import STDOUT
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.column_names import column_names
 from flexarm_bringup.page.figures import drawing, to_figure
 from flexarm_bringup.page.page_template import PAGE, STYLE, render
 from flexarm_bringup.page.report import Column, Page, Table, add_report_arguments, publish
@@ -51,6 +52,24 @@ def test_json_keeps_full_numbers_and_is_strict() -> None:
     check = {"name": "size", "wanted": "< 1", "found": "0.5", "passed": True, "excuse": ""}
     assert content["checks"] == [check]
     assert content["passed"] is True
+
+
+def test_names_of_columns_in_json_bear_the_heading_of_their_group_and_are_unique() -> None:
+    titles = ["", "case", "sim [Hz]\nnotes", "\nours", "exp [Hz]\nnotes", "\nours", "mean", "\nof all"]
+    names = [
+        "",
+        "case",
+        "sim [Hz] notes",
+        "sim [Hz] ours",
+        "exp [Hz] notes",
+        "exp [Hz] ours",
+        "mean",
+        "of all",
+    ]
+    assert column_names(titles) == names
+    assert column_names(["a\nb", "\nb", "\nb", "c", "c"]) == ["a b", "a b (2)", "a b (3)", "c", "c (2)"]
+    table = Table("T", [Column("mass\nbefore"), Column("\nafter")], [])
+    assert table.to_json()["columns"] == ["mass before", "mass after"]
 
 
 def test_html_escapes_and_holds_every_cell() -> None:

@@ -235,6 +235,11 @@ def test_printed_errors_divide_by_the_papers_own_frequencies(published: Publishe
         np.testing.assert_allclose(found, published.error[pose], atol=0.0051)
 
 
+def test_every_column_of_a_table_has_a_name_of_its_own_in_json(page: Page) -> None:
+    names = [name for table in page.to_json()["tables"] for name in table["columns"]]
+    assert [name for name in names if not name or name != name.strip() or "(2)" in name] == []
+
+
 def test_every_bound_is_met(page: Page) -> None:
     assert [check.name for check in page.checks if not check.passed] == []
     assert len(page.checks) >= 25

@@ -117,6 +117,11 @@ def test_residuals_of_shapers_are_golden(
     assert at[0.0].residual < 0.0005  # exact in time; seed 002 sampled its shapers and kept more
 
 
+def test_every_column_of_a_table_has_a_name_of_its_own_in_json(page: Page) -> None:
+    names = [name for table in page.to_json()["tables"] for name in table["columns"]]
+    assert [name for name in names if not name or name != name.strip() or "(2)" in name] == []
+
+
 def test_every_bound_is_met(page: Page) -> None:
     assert [check.name for check in page.checks if not check.passed] == []
     assert len(page.checks) >= 14

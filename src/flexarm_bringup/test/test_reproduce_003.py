@@ -198,6 +198,11 @@ def test_fit_finds_the_springs_of_a_lumped_robot_again(monkeypatch: pytest.Monke
     assert deviation(found, target).mean < 1e-4 < deviation(motor_frf(model, lines_hz()), target).mean
 
 
+def test_every_column_of_a_table_has_a_name_of_its_own_in_json(page: Page) -> None:
+    names = [name for table in page.to_json()["tables"] for name in table["columns"]]
+    assert [name for name in names if not name or name != name.strip() or "(2)" in name] == []
+
+
 def test_every_bound_is_met(page: Page) -> None:
     assert [check.name for check in page.checks if not check.passed] == []
     assert len(page.checks) >= 19

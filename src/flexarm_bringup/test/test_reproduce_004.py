@@ -162,6 +162,11 @@ def test_the_printed_inverse_fails_in_eight_poses() -> None:
     assert distance == pytest.approx(381.0, rel=0.01)
 
 
+def test_every_column_of_a_table_has_a_name_of_its_own_in_json(written: Written) -> None:
+    names = [name for table in written.content["tables"] for name in table["columns"]]
+    assert [name for name in names if not name or name != name.strip() or "(2)" in name] == []
+
+
 def test_every_bound_is_met(written: Written) -> None:
     assert written.code == 0 and written.content["passed"] is True
     assert [check["name"] for check in written.content["checks"] if not check["passed"]] == []

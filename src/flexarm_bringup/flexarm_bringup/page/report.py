@@ -18,6 +18,7 @@ from typing import Any
 from flexarm_bringup.arguments import STDOUT, output_file
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.check import MISSED, NOT_JUDGED, OK, Check
+from flexarm_bringup.page.column_names import column_names
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.whole_file import written_whole
 
@@ -94,7 +95,7 @@ class Table:
 
     def to_json(self) -> dict[str, Any]:
         """Return the table with raw numbers; a row is a list in the order of the columns."""
-        columns = [column.title.replace("\n", " ") for column in self.columns]
+        columns = column_names([column.title for column in self.columns])
         rows = [[_json_cell(cell) for cell in row] for row in self.rows]
         return {"title": self.title, "columns": columns, "rows": rows, "notes": list(self.notes)}
 

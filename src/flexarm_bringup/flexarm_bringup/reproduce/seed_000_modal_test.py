@@ -55,8 +55,8 @@ PEAK_COLUMNS = (
         for column in (
             Column(f"pose {pose}\nmode [Hz]", ".4f"),
             Column("\npeak [Hz]", ".4f"),
-            Column("lines\noff", "+.1f"),
-            Column("paper\nEMA [Hz]", ".2f"),
+            Column("\nlines off", "+.1f"),
+            Column("\npaper EMA [Hz]", ".2f"),
         )
     ),
 )

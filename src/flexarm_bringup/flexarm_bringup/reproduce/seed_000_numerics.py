@@ -33,8 +33,8 @@ GOLDEN_COLUMNS = (
         for pose in ("A", "B", "centre")
         for column in (
             Column(f"{pose}\ngolden [Hz]", ".4f"),
-            Column("beam FE\nn = 8", ".4f"),
-            Column("served to\nbeam FE [%]", "+.3f"),
+            Column("\nbeam FE, n = 8", ".4f"),
+            Column("\nserved to it [%]", "+.3f"),
         )
     ),
 )

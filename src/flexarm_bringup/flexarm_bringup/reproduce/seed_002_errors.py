@@ -51,10 +51,10 @@ CALIBRATED_COLUMNS = (
 WORTH_COLUMNS = (
     Column("what says the RMS"),
     Column("fitted\nnumbers", "d"),
-    Column("sim:\nmean", ".2f"),
-    Column("error [%]\nmax", ".1f"),
-    Column("exp:\nmean", ".2f"),
-    Column("error [%]\nmax", ".1f"),
+    Column("sim error [%]\nmean", ".2f"),
+    Column("\nmax", ".1f"),
+    Column("exp error [%]\nmean", ".2f"),
+    Column("\nmax", ".1f"),
 )
 
 

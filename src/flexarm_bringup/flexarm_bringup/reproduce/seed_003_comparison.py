@@ -39,7 +39,7 @@ def paper_table() -> tuple[Table, list[Check]]:
         "The paper compares with its measured robot, one unnamed pose; ours are synthetic robots at mid.",
         "Means of 36 curves, 4–100 Hz. The lumped model alone is fitted to what it is judged by.",
     ]
-    return Table("Deviation of three models from a robot", [*columns, Column("")], rows, notes), []
+    return Table("Deviation of three models from a robot", [*columns, Column("remark")], rows, notes), []
 
 
 def robot_table() -> tuple[Table, list[Check]]:

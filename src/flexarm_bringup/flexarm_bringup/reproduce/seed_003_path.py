@@ -144,7 +144,7 @@ def friction_table() -> Table:
         columns += [
             Column(f"{head}\nwithout [mm]", ".3f"),
             Column("\nwith [mm]", ".3f"),
-            Column("more\nwithout"),
+            Column("\nmore without"),
         ]
     notes = [
         "The statement: “flex overshoots more in corners (no friction)”. Here friction is viscous and of "

@@ -53,7 +53,7 @@ def static_table() -> tuple[Table, list[Check]]:
                 cells += [wanted, found + 0.0]
             rows.append(cells)
         checks.append(Check(quantity, f"≤ {bound} %", f"{worst:.2f} %", worst <= bound))
-    columns = [Column("")]
+    columns = [Column("quantity")]
     for pose in POSES:
         columns += [Column(f"{pose}\nnotes", ".4g"), Column("\nours", ".4g")]
     notes = [
