@@ -9,6 +9,7 @@ import pytest
 
 from flexarm_bringup import reproduce
 from flexarm_bringup.cli import main
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.report import Page
 
@@ -42,3 +43,25 @@ def test_files_of_all_papers_bear_their_numbers(tmp_path: Path, capsys: pytest.C
     assert main(["reproduce", "all", "--json", str(tmp_path / "a.json")]) == 1
     titles = [json.loads((tmp_path / f"a-{seed}.json").read_text())["title"] for seed in ("000", "001")]
     assert titles == ["First", "Second"] and "All papers" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("option", ["--json", "--html"])
+def test_a_file_of_one_paper_that_cannot_be_written_is_refused_before_anything_is_computed(
+    option: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It was told after all papers had been computed."""
+    monkeypatch.setattr(reproduce, "compare_all", lambda figures: pytest.fail("computed"))
+    (tmp_path / "a-001.out").mkdir()
+    assert main(["reproduce", "all", option, str(tmp_path / "a.out")]) == UNUSABLE
+    assert f"'{tmp_path / 'a-001.out'}': cannot be written" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["a-001.out"]
+
+
+def test_pages_of_all_papers_do_not_go_to_the_standard_output(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Five pages one after the other are no page."""
+    monkeypatch.setattr(reproduce, "compare_all", lambda figures: pytest.fail("computed"))
+    assert main(["reproduce", "all", "--html", "-"]) == UNUSABLE
+    said = capsys.readouterr()
+    assert "--html -: expected the name of a file" in said.err and not said.out

@@ -22,7 +22,8 @@ import json
 import sys
 from pathlib import Path
 
-from flexarm_bringup.arguments import STDOUT
+from flexarm_bringup.arguments import STDOUT, output_file
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import Cell, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.parallel import cores, worker_pool
 from flexarm_bringup.progress import Progress
@@ -54,12 +55,17 @@ def run(args: argparse.Namespace) -> int:
     figures = args.html is not None
     if args.seed != ALL:
         return publish(compare(args.seed, figures), args)
+    try:
+        files = own_files(args)  # refused before anything is computed
+    except argparse.ArgumentTypeError as error:
+        print(f"flexarm reproduce {ALL}: {error}", file=sys.stderr)
+        return UNUSABLE
     pages = compare_all(figures)
     if args.json == STDOUT:
         print(json.dumps({seed: page.to_json() for seed, page in pages.items()}, indent=1, allow_nan=False))
-    aside = sys.stderr if STDOUT in (args.json, args.html) else sys.stdout
-    with contextlib.redirect_stdout(aside if args.json == STDOUT else sys.stdout):
-        code = max(publish(page, _own_files(args, seed)) for seed, page in pages.items())
+    aside = sys.stderr if args.json == STDOUT else sys.stdout
+    with contextlib.redirect_stdout(aside):
+        code = max(publish(page, files[seed]) for seed, page in pages.items())
     print(_summary(pages).to_text(), file=aside)
     return code
 
@@ -92,13 +98,21 @@ def _summary(pages: dict[str, Page]) -> Table:
     return Table("All papers", columns, rows)
 
 
-def _own_files(args: argparse.Namespace, seed: str) -> argparse.Namespace:
-    """Return where the page of one of several papers is written; JSON for the standard output is there."""
-    json_file = None if args.json == STDOUT else _own(args.json, seed)
-    return argparse.Namespace(json=json_file, html=_own(args.html, seed))
+def own_files(args: argparse.Namespace) -> dict[str, argparse.Namespace]:
+    """Return by paper where its page is written; JSON for the standard output is one object of all, not here.
+
+    Raises:
+        argparse.ArgumentTypeError: A file cannot be written, or all pages would go to the standard output.
+    """
+    if args.html == STDOUT:
+        raise argparse.ArgumentTypeError(
+            f"--html {STDOUT}: expected the name of a file, which every paper gets with its own number"
+        )
+    json_file = None if args.json == STDOUT else args.json
+    return {
+        seed: argparse.Namespace(json=_own(json_file, seed), html=_own(args.html, seed)) for seed in SEEDS
+    }
 
 
 def _own(path: Path | None, seed: str) -> Path | None:
-    if path is None or path == STDOUT:
-        return path
-    return path.with_name(f"{path.stem}-{seed}{path.suffix}")
+    return path and output_file(str(path.with_name(f"{path.stem}-{seed}{path.suffix}")))
