@@ -34,7 +34,8 @@ def assumed_here() -> list[str]:
     poses = "; ".join(f"{pose} ({_texts(np.degrees(pose_of(pose)))})°" for pose in POSES)
     return [
         *robot().assumed,
-        f"masses, where they are in their body's frame (x along beams), own inertia: {'; '.join(_masses())}",
+        f"rigid bodies, centre of mass in their own frame, inertia about it: {'; '.join(_bodies())}",
+        f"masses on the beams, distance from the beam's start, own inertia: {'; '.join(_point_masses())}",
         f"angles of the poses: {poses}",
         *_synthetic(),
         f"lines: {lines_hz().size} from 4 to 100 Hz at equal distances, all of one weight",
@@ -43,16 +44,19 @@ def assumed_here() -> list[str]:
     ]
 
 
-def _masses() -> Iterator[str]:
-    """Yield what the description has beside the sections, except rotors, which are bodies without mass."""
+def _bodies() -> Iterator[str]:
+    """Yield the rigid bodies that have a mass; rotors have none."""
     for name, body in robot().bodies.items():
         if isinstance(body, RigidBody) and body.mass > 0.0:
-            inertia = sorted(set(np.diag(body.inertia).tolist()))
-            own = f"{inertia[0]:g}" if len(inertia) == 1 else f"({_texts(np.diag(body.inertia))})"
+            inertia = np.diag(body.inertia)
+            own = f"{inertia[0]:g}" if np.ptp(inertia) == 0.0 else f"({_texts(inertia)})"
             yield f"{name} {body.mass:g} kg at ({_texts(body.com)}) m, {own} kg m²"
-        if isinstance(body, Beam):
-            for part in body.point_masses:
-                yield f"{name}, {part.name} {part.mass:g} kg at {part.at:.4g} m, {part.inertia:g} kg m²"
+
+
+def _point_masses() -> Iterator[str]:
+    for name, body in robot().bodies.items():
+        for part in body.point_masses if isinstance(body, Beam) else ():
+            yield f"{name}, {part.name} {part.mass:g} kg at {part.at:.4g} m, {part.inertia:g} kg m²"
 
 
 def _synthetic() -> list[str]:

@@ -40,15 +40,15 @@ def _on_reductions() -> list[Cells]:
     outcomes = {
         "Guyan and Craig-Bampton coincide below 100 Hz": (
             found.below <= together,
-            f"{found.below:.2f} dB (≤ {together})",
+            f"{found.below:.3f} dB (≤ {together})",
         ),
         "Guyan departs just above 100 Hz": (
             found.above >= apart,
-            f"{found.above:.2f} dB in 100–150 Hz (≥ {apart}), by construction",
+            f"{found.above:.3f} dB in 100–150 Hz (≥ {apart}), by construction",
         ),
         "CB-500 and CB-1000 differ only above 300 Hz": (
             found.same <= same and found.differ >= differ,
-            f"{found.same:.3f} dB below (≤ {same}), {found.differ:.2f} above (≥ {differ}), by construction",
+            f"{found.same:.3f} dB below (≤ {same}), {found.differ:.3f} above (≥ {differ}), by construction",
         ),
         "off-diagonal elements are affected most": (
             found.other > found.diagonal,
