@@ -48,6 +48,7 @@ class Estimator:
     Attributes:
         model, specs, config: The served model in use; the sensors; settings.
         health: Counts and states of the sensors.
+        told: What the last step returned, and the parts it belongs to; None before the first.
     """
 
     def __init__(
@@ -87,6 +88,7 @@ class Estimator:
         self._restart(0.0, self._parts.at_rest())
         self._tip = TipReporter()
         self._tip.describe(self._parts.tip, self._history.now.belief)
+        self.told: tuple[Estimate, Parts] | None = None
 
     def step(self, measurements: Sequence[Measurement], tau: Array, t: float) -> Estimate:
         """Fuse what has arrived and return the state at ``t``.
@@ -115,7 +117,9 @@ class Estimator:
         seen = self._t, self._u, now.belief, samples, verdicts, now.inputs, is_ordinary, history.instants
         self._heed(View(*seen))
         self._history.forget(self._gate.needs(self._t))
-        return self._estimate(trouble)
+        estimate = self._estimate(trouble)
+        self.told = estimate, self._parts
+        return estimate
 
     def prepare(self, model: ReducedModel) -> Parts:
         """Build what belongs to a model ahead of its time.
@@ -170,10 +174,6 @@ class Estimator:
             if self._clock.is_running or self._is_known:  # else a reset has forgotten it
                 self.set_belief(belief)
             self._delays.resume(delays)
-
-    def refuse(self, sensor: str, reason: str) -> None:
-        """Count a sample that could not even be read ("imu/x: 5 numbers where 3 belong")."""
-        self.health.note_refusal(sensor, reason)
 
     def figures(self) -> dict[str, dict[str, float]]:
         """Return what the watches can tell in numbers, by sensor and name with unit ("latency [s]")."""

@@ -14,7 +14,7 @@ Subscribes
     strain (flexarm_interfaces/StrainArray), imu/<name> (sensor_msgs/Imu), camera/<name>
     (geometry_msgs/PoseWithCovarianceStamped), applied_effort (sensor_msgs/JointState: torque from its
     stamp on), tick (flexarm_interfaces/Tick, lockstep only).
-Services, all done at the next step or refused with the reason
+Services, all done between two steps, in order, or refused with the reason
     ~/reset (std_srvs/Trigger): forget the state.
     ~/set_state (flexarm_interfaces/SetState): joints [rad] or [m] and modes [kg^0.5 m] with their sigma.
     ~/toggle_sensor (flexarm_interfaces/ToggleSensor): switch a sensor off or on, or channels of it.

@@ -149,16 +149,16 @@ class EstimatorExchange:
             yield Outgoing("end_effector", self.write_tip(self.estimate, told_ns))
 
     def intervene(self, intervention: Intervention) -> list[Outgoing]:
-        """Do something to the estimator from the next step on; return what a bag needs to do it again.
+        """Do something to the estimator now, between two steps; return what a bag needs to do it again.
 
         Raises:
             InterventionError: It cannot be done; names field, value and what is allowed.
         """
         if self.estimator is None:
             raise InterventionError(self.model_fault)
-        intervention.check(self.estimator)
         stamp_ns = self._last_ns or 0
-        self._interventions.append((stamp_ns, intervention))
+        self._intervene(stamp_ns + 1)  # what was asked for before comes before
+        self._do(intervention)
         return [Outgoing(INTERVENTIONS_TOPIC, intervention_to_msg(intervention, stamp_ns))]
 
     def on_intervention(self, msg: Any) -> None:
@@ -191,19 +191,21 @@ class EstimatorExchange:
 
     def _intervene(self, stamp_ns: int) -> None:
         """Do what was asked for before ``stamp_ns`` [ns] or right after the last step."""
-        assert self.estimator is not None
         waiting, self._interventions = self._interventions, []
         for at, intervention in waiting:
             if at >= stamp_ns and at != self._last_ns:  # the clock may have been set back since
                 self._interventions.append((at, intervention))
                 continue
             try:
-                intervention.check(self.estimator)
-            except InterventionError as error:  # of another run, or made for the model before
+                self._do(intervention)
+            except InterventionError as error:  # of another run
                 self.notes.note(INTERVENTIONS_TOPIC, str(error))
-            else:
-                intervention.apply(self.estimator)
-                self._tuning += 1
+
+    def _do(self, intervention: Intervention) -> None:
+        assert self.estimator is not None
+        intervention.check(self.estimator)
+        intervention.apply(self.estimator)
+        self._tuning += 1
 
     def _adopt_due(self, stamp_ns: int) -> None:
         """Go on with the model whose time has come."""
@@ -224,6 +226,6 @@ class EstimatorExchange:
         names = {spec.name for spec in self._config.sensors} if refusals else ()
         for refusal in refusals:
             if refusal.source in names and self.estimator is not None:
-                self.estimator.refuse(refusal.source, refusal.reason)
+                self.estimator.health.note_refusal(refusal.source, refusal.reason)
             else:
                 self.notes.note(refusal.source, refusal.reason)

@@ -107,6 +107,47 @@ def test_an_intervention_acts_from_the_next_step_on():
     assert made.estimate.sensors[0].accepted == 0
 
 
+FAR = SetState((0.3,), theta_sigma=(1e-3,))
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ((ToggleSensor("camera", False, ("tx",)), SetNoise("camera", (1e-3,) * 6)), "allowed: 1 or 5"),
+        ((ToggleSensor("camera", False, ("tx",)), SetNoise("camera", (1e-3,) * 5)), ""),
+        (
+            (
+                ToggleSensor("camera", False, ("tx", "ty")),
+                ToggleSensor("camera", False, ("tz", "rx", "ry", "rz")),
+            ),
+            "none would be left",
+        ),
+        ((ToggleSensor("encoder", False), FAR), ""),
+        ((ToggleSensor("encoder", True), FAR), "its encoder 'encoder' has it at"),
+        ((ToggleSensor("camera", False, ("tx",)), FAR), "its encoder 'encoder' has it at"),
+        ((SetState((0.3,), theta_sigma=(0.1,)), FAR), "its encoder 'encoder' has it at 0.0198"),
+    ],
+)
+def test_what_is_asked_for_between_two_steps_is_checked_in_order_and_done_if_it_passes(asked, words):
+    """Both were answered with success, and the second was dropped; or refused for what was no more."""
+    made = exchange(None)
+    play(made, 5, {4: asked[:1]})
+    if words:
+        with pytest.raises(InterventionError, match=words):
+            made.intervene(asked[1])
+    else:
+        made.intervene(asked[1])
+    states = dict.fromkeys((made, expected := exchange(None)))
+    play(expected, 5, {})
+    for one in asked[: 1 if words else 2]:
+        one.apply(expected.estimator)
+    for each in states:
+        each.on_sensor("joint_states", joints(EPOCH_NS + 5 * PERIOD_NS, 0.0))
+        states[each] = each.step(EPOCH_NS + 5 * PERIOD_NS)[0].msg
+    assert states[made] == states[expected]
+    assert not made.notes.counts
+
+
 def test_a_model_that_waits_is_used_with_the_noise_of_its_time():
     later = linearize(ReducedTree(single_link(), use_compiler=False), np.array([0.2]))
     noise = {}

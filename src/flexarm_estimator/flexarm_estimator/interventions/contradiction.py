@@ -9,11 +9,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
+from flexarm_estimator.state.sensors import LinearRows
 from flexarm_model.manipulator.sensor_kinds import SENSOR_KINDS
 
+Array = NDArray[np.float64]
 AGREES = 5.0  # sigmas of both
 MOST_BENT = 100.0  # sigmas at the start; a mode is never bent so far
 
@@ -29,16 +32,18 @@ def contradiction(estimator: Estimator, belief: Belief) -> str:
 
 
 def _denied(estimator: Estimator, belief: Belief) -> str:
-    parts, instants = estimator.past
-    now = instants[-1]
-    sound = {r.name for r in estimator.health.reports(now.t) if r.status == "ok" and r.accepted}
+    """Compare with what was told last: what has been asked for since knows no more of where the axes are."""
+    if estimator.told is None:
+        return ""
+    (told, before), parts = estimator.told, estimator.past[0]
+    sound = {r.name for r in told.sensors if r.status == "ok" and r.accepted}
     for spec in estimator.specs:
-        if spec.kind != "encoder" or spec.name not in sound:
+        if spec.kind != "encoder" or spec.name not in sound or estimator.health.is_off(spec.name):
             continue
         rows = parts.sensors.rows[spec.name]
-        C, constant = rows.C[0], float(rows.D[0, -1])
-        sigma = math.sqrt(float(C @ (belief.P + now.belief.P) @ C) + float(rows.R[0, 0]))
-        said, wanted = (float(C @ each.x) + constant for each in (now.belief, belief))
+        said, doubt = _reads(before.sensors.rows[spec.name], told.x, told.P)
+        wanted, more_doubt = _reads(rows, belief.x, belief.P)
+        sigma = math.sqrt(doubt + more_doubt + float(rows.R[0, 0]))
         if not abs(said - wanted) <= AGREES * sigma:
             unit = SENSOR_KINDS[spec.kind].units(spec.site)[spec.channels[0]]
             return (
@@ -47,6 +52,12 @@ def _denied(estimator: Estimator, belief: Belief) -> str:
                 "theta_sigma, or with this encoder switched off"
             )
     return ""
+
+
+def _reads(rows: LinearRows, x: Array, P: Array) -> tuple[float, float]:
+    """Return what an encoder reads at a state (n_x,) with covariance, and the variance of that."""
+    C = rows.C[0]
+    return float(C @ x) + float(rows.D[0, -1]), float(C @ P @ C)
 
 
 def _too_bent(estimator: Estimator, belief: Belief) -> str:
