@@ -27,6 +27,7 @@ from flexarm_bringup.processes.stopper_node import StopperNode
 from flexarm_bringup.processes.supervisor import ON_PURPOSE, RESPAWNS, WITHIN
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.tasks.node_settings import arm_graph, drift_settings
+from flexarm_model.process.kept import begin
 from flexarm_model.process.parent import MARK as PARENT
 from launch import LaunchDescription
 
@@ -56,6 +57,7 @@ def generate_launch_description():
         for name, value in defaults().items()
     ]
     environment.append(SetEnvironmentVariable(PARENT, str(os.getpid())))  # nodes end with us, also if killed
+    environment += [SetEnvironmentVariable(*item) for item in begin(own_folder()).items()]
     return LaunchDescription([*arguments, *environment, OpaqueFunction(function=nodes)])
 
 
@@ -76,6 +78,13 @@ def nodes(context):
     atexit.register(refuse_doubles(graph).close)  # held until launch itself ends
     stop = StopperNode().stop
     return [*said, *(node(process, may_return, stop) for process in graph)]
+
+
+def own_folder():
+    """Return a new folder that goes when launch ends; a node that comes back reads it again."""
+    folder = Path(mkdtemp(prefix="flexarm_launch_"))
+    atexit.register(rmtree, folder, ignore_errors=True)
+    return folder
 
 
 def strangers(given):
@@ -118,9 +127,7 @@ def node(process, may_return, stop):
 def told(process):
     """Return name, parameters and remaps; of several nodes in one process each keeps its own."""
     if process.members:
-        folder = Path(mkdtemp(prefix="flexarm_launch_"))
-        atexit.register(rmtree, folder, ignore_errors=True)  # a node that comes back reads it again
-        path = write_parameters(process, folder)
+        path = write_parameters(process, own_folder())
         return {"exec_name": process.name, "parameters": [str(path)], "remappings": renamed(process)}
     named = {"name": process.name, "parameters": [dict(process.parameters)]}
     return {**named, "remappings": list(process.remaps.items())}

@@ -15,6 +15,7 @@ from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments, w
 from flexarm_bringup.processes.supervisor import RESPAWNS, WITHIN
 from flexarm_bringup.processes.timing import PRIORITIES, timing
 from flexarm_bringup.tasks.node_settings import arm_graph
+from flexarm_model.process.kept import MARK as KEPT
 from flexarm_model.process.security import SecurityError
 from flexarm_model.ros.parameter_file import read_parameter_file
 
@@ -158,6 +159,17 @@ def ends_all(node: Any, code: int = -9) -> bool:
     with pytest.raises(RuntimeError, match=f"{node.name} ended with {code}"):
         ended(node, code)
     return True
+
+
+def test_the_launch_file_names_a_folder_for_what_nodes_keep_over_a_crash(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fake_launch(monkeypatch)
+    scope: dict[str, Any] = {}
+    exec(compile(LAUNCH_FILE.read_text(), LAUNCH_FILE, "exec"), scope)
+    actions = scope["generate_launch_description"]().arguments[0]
+    (folder,) = (item.arguments[1] for item in actions if item.arguments[:1] == (KEPT,))
+    assert list(Path(folder).iterdir()) == []
 
 
 def test_the_launch_file_starts_the_same_graph(monkeypatch: pytest.MonkeyPatch) -> None:

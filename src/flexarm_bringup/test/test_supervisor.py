@@ -74,6 +74,21 @@ def test_the_end_of_an_essential_child_is_reported_with_its_last_words(tmp_path:
         assert supervisor.failed() == f"{failing.name} ended with 3: trouble"
 
 
+def test_what_a_child_keeps_is_there_for_the_one_that_comes_back_and_not_for_the_next_run(
+    tmp_path: Path,
+) -> None:
+    program = python(
+        "import os; from flexarm_model.process.kept import Kept; kept = Kept('/flexarm/p');"
+        "print('up', repr(kept.read()), flush=True); kept.keep('mine'); os.kill(os.getpid(), 9)"
+    )
+    for _ in range(2):
+        with start(tmp_path, program) as supervisor:
+            until(lambda: program.name in supervisor.exit_codes())
+            assert supervisor.tend()[0].returns
+            until(lambda: supervisor.log(program.name).read_text().count("up") == 2)
+            assert supervisor.log(program.name).read_text().splitlines() == ["up ''", "up 'mine'"]
+
+
 def test_a_child_that_hung_while_it_started_is_told_as_that_and_comes_back(tmp_path: Path) -> None:
     hanging = python(f"print('the outermost frame'); raise SystemExit({EXIT_STUCK})")
     with start(tmp_path, hanging) as supervisor:

@@ -14,7 +14,7 @@ Subscribes
     strain (flexarm_interfaces/StrainArray), imu/<name> (sensor_msgs/Imu), camera/<name>
     (geometry_msgs/PoseWithCovarianceStamped), applied_effort (sensor_msgs/JointState: torque from its
     stamp on), tick (flexarm_interfaces/Tick, lockstep only).
-Services, all done between two steps, in order, or refused with the reason
+Services, all done between two steps, in order, or refused with the reason; switches and noise outlive a crash
     ~/reset (std_srvs/Trigger): forget the state.
     ~/set_state (flexarm_interfaces/SetState): joints [rad] or [m] and modes [kg^0.5 m] with their sigma.
     ~/toggle_sensor (flexarm_interfaces/ToggleSensor): switch a sensor off or on, or channels of it.
@@ -46,6 +46,7 @@ from flexarm_estimator.estimator_health import EstimatorHealth
 from flexarm_estimator.exchange import INTERVENTIONS_TOPIC, EstimatorExchange, Outgoing
 from flexarm_estimator.interventions.conversions import known_state_from_msg
 from flexarm_estimator.interventions.intervention import Intervention, InterventionError
+from flexarm_estimator.interventions.kept_interventions import KeptInterventions
 from flexarm_estimator.interventions.reset import Reset
 from flexarm_estimator.interventions.set_noise import SetNoise
 from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
@@ -99,16 +100,18 @@ class EstimatorNode(ManagedNode):
         self._filter: EstimatorConfig
         self.settings, self._filter, self._thresholds, life = declare_configs(self)
         self._config = load_arm(self, self.settings.manipulator, self.settings.preset)
+        self._kept = KeptInterventions(self.get_fully_qualified_name(), self.get_logger().warning)
         self.start(life)
 
     def activate(self) -> None:
-        """Begin without a state; subscribe to the sensors."""
+        """Begin without a state, with what services had switched and set; subscribe to the sensors."""
         config, lockstep = self._config, self.settings.lockstep
         late = late_sensors(config.sensors, self._filter)
         for text in late:
             self.get_logger().warning(text)
         self._health = EstimatorHealth(None if lockstep else 1.0 / config.rate_hz, self._thresholds, late)
         self.exchange = made(EstimatorExchange, config, self._filter, 0 if lockstep else None)
+        self._kept.hand_to(self.exchange)
         writer = StateWriter(serialize_message)
         self.exchange.write_state, self.exchange.write_tip = writer.state, writer.tip
         if not lockstep:
@@ -160,6 +163,7 @@ class EstimatorNode(ManagedNode):
             response.success, response.message = False, str(error)
         else:
             response.success, response.message = True, intervention.describe()
+            self._kept.take_from(self.exchange)
             self.get_logger().info(response.message)
         return response
 

@@ -5,7 +5,7 @@ The node connects it to DDS, the replay to a bag; both therefore do the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.interventions.conversions import intervention_from_msg, intervention_to_msg
 from flexarm_estimator.interventions.intervention import Intervention, InterventionError
+from flexarm_estimator.interventions.standing import standing
 from flexarm_estimator.messages.inbox import Inbox
 from flexarm_estimator.messages.readings import Refusal
 from flexarm_estimator.messages.tally import Tally
@@ -27,6 +28,7 @@ from flexarm_model.served.same_arm import foreign_model
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 INTERVENTIONS_TOPIC = "estimator/interventions"
+_AT_ONCE = -1  # ns; before any step
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,17 @@ class EstimatorExchange:
         self._intervene(stamp_ns + 1)  # what was asked for before comes before
         self._do(intervention)
         return [Outgoing(INTERVENTIONS_TOPIC, intervention_to_msg(intervention, stamp_ns))]
+
+    @property
+    def standing(self) -> tuple[Intervention, ...]:
+        """What of all interventions stands, see ``standing``."""
+        if self.estimator is None:
+            return ()
+        return tuple(standing(self.estimator, self._config.sensors, self._settings))
+
+    def resume(self, interventions: Iterable[Intervention]) -> None:
+        """Do what stood when the estimator before this one ended, ahead of its first step and other ones."""
+        self._interventions += [(_AT_ONCE, each) for each in interventions]
 
     def on_intervention(self, msg: Any) -> None:
         """Take an intervention of a recorded run, to be done at the first step after its stamp."""

@@ -16,6 +16,8 @@ from sensor_msgs.msg import Imu, JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 __all__ = ["domain"]
+from flexarm_model.process.kept import begin  # noqa: E402
+
 ARM = Path(__file__).parents[2] / "flexarm_bringup" / "config" / "manipulators" / "single_link.yaml"
 
 REASONS = (
@@ -77,6 +79,39 @@ def test_every_service_is_done_at_the_next_step_or_refused_by_name_and_told_to_r
     gauge = next(sensor for sensor in state.sensors if sensor.name == "root_strain")
     assert gauge.status == interfaces.SensorHealth.OFF
     assert state.covariance[0] < 1e-7  # the encoder alone, with the noise that was set, gives 1e-6
+
+
+def test_a_sensor_that_was_switched_off_stays_so_when_the_estimator_crashes_and_comes_back(
+    domain, tmp_path, monkeypatch
+):
+    for name, value in begin(tmp_path).items():
+        monkeypatch.setenv(name, value)
+    process = start(domain, f"manipulator:={ARM}")
+    bench = Bench(domain)
+    try:
+        bench.wait(lambda: bench.ready and bench.ready[-1].data)
+        off = ToggleSensor.Request(name="root_strain", is_on=False)
+        assert call(bench, ToggleSensor, "toggle_sensor", off).success
+        process.kill()
+        process.communicate(timeout=20.0)
+        process = start(domain, f"manipulator:={ARM}")
+        begun, joints = len(bench.states), joint_states()
+        bench.wait(lambda: bench.joints.publish(next(joints)) or len(bench.states) > begun)
+    finally:
+        process.kill()
+        _, err = process.communicate(timeout=20.0)
+        bench.close()
+    status = {sensor.name: sensor.status for sensor in bench.states[begun].sensors}
+    assert status["root_strain"] == interfaces.SensorHealth.OFF
+    assert "goes on with what services had switched or set before: root_strain is off" in err
+
+
+def joint_states():
+    """Yield joint states of now."""
+    while True:
+        msg = JointState(name=["base.rz"], position=[0.1])
+        msg.header.stamp = conversions.ns_to_stamp(time.time_ns())
+        yield msg
 
 
 def test_a_mobile_robots_topics_do_not_stop_the_node_and_it_says_what_it_ignores(domain):

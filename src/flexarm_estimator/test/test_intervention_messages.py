@@ -176,6 +176,27 @@ def test_an_intervention_of_another_run_is_noted_and_not_done():
     assert "no sensor 'ghost'" in next(iter(made.notes.counts[INTERVENTIONS_TOPIC]))
 
 
+def test_what_stood_is_done_before_the_first_step_and_before_what_is_asked_for_then():
+    """An estimator that had crashed fused again, unheard, what its user had switched off because it lied."""
+    crashed, back = exchange(None), exchange(None)
+    play(crashed, 3, {1: [ToggleSensor("encoder", False), SetNoise("modal_force", (0.5,))]})
+    back.resume(crashed.standing)
+    with pytest.raises(InterventionError, match="none would be left"):
+        back.intervene(ToggleSensor("root_strain", False, ("strain",)))
+    assert back.standing == crashed.standing
+    play(back, 1, {})
+    assert back.estimate.sensors[0].status == "off"
+    assert not back.notes.counts
+
+
+def test_what_stood_and_cannot_be_done_is_noted():
+    back = exchange(None)
+    back.resume([ToggleSensor("ghost", False), ToggleSensor("encoder", False)])
+    play(back, 1, {})
+    assert "no sensor 'ghost'" in next(iter(back.notes.counts[INTERVENTIONS_TOPIC]))
+    assert back.estimate.sensors[0].status == "off"
+
+
 def test_a_clock_that_is_set_back_does_not_delay_an_intervention():
     made = exchange(None)
     made.step(EPOCH_NS)

@@ -24,6 +24,7 @@ from flexarm_bringup.processes.end_watch import EndWatch
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.reserves import Reserves
 from flexarm_bringup.processes.surroundings import defaults, of_life
+from flexarm_model.process.kept import begin
 from flexarm_model.process.reserve import MARK
 from flexarm_model.process.start_watch import EXIT_STUCK
 
@@ -70,7 +71,7 @@ class Supervisor:
 
         Args:
             processes: What to start, in this order.
-            log_folder: Gets ``<name>.log`` with stdout and stderr of each.
+            log_folder: Gets ``<name>.log`` with stdout and stderr of each, and what nodes keep over crashes.
             environment: Of the children; see ``surroundings`` for what holds where it says nothing.
             command: Makes the command line of a process; None: the installed executable.
 
@@ -83,6 +84,7 @@ class Supervisor:
         self._children: dict[str, Child] = {}
         self._log_folder = log_folder
         log_folder.mkdir(parents=True, exist_ok=True)
+        self.environment |= begin(log_folder)
         self._command = command or self._installed
         self._crashes: dict[str, list[float]] = {process.name: [] for process in processes}
         self._told: set[str] = set()
