@@ -9,11 +9,14 @@ needs: gravity and springs at the reference, friction, inertia; modes follow sta
 ``omega_1`` is the slowest mode with the axes locked: a joint loop well below it does not feel the modes, one
 well above it lets them ring. ``w`` also stays below what the control period can follow, and is lowered until
 the loop would bear twice the gains, with its delay and latency (a share of a period counts as a whole one)
-and with the modes of the served model: a light motor on a heavy link would excite them. Nothing is known here
-of the modes' state, of the unmodelled torque or of the future.
+and with the modes of the served model: a light motor on a heavy link would excite them. Where that leaves too
+little against gravity, or against springs that push an axis away, only the axes that grow are lowered.
+Nothing is known here of the modes' state, of the unmodelled torque or of the future.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +39,7 @@ class JointPd:
     """Feedback on the motor encoders, axis by axis, and feed-forward of the rigid arm.
 
     Attributes:
-        frequency: Undamped natural frequency of the joint loops [rad/s].
+        frequency: Undamped natural frequencies of the joint loops [rad/s], (n_theta,).
         K_p: Torque per position error, (n_theta,).
         K_d: Torque per velocity error, (n_theta,).
     """
@@ -50,22 +53,28 @@ class JointPd:
             mpc: Delay and latency between a state and the torque computed from it.
         """
         slowest = model.omega[0] if model.n_eta else np.inf
-        frequency = float(min(config.pd_bandwidth * slowest, FASTEST / config.period))
+        wanted = np.full(model.n_theta, min(config.pd_bandwidth * slowest, FASTEST / config.period))
         loop = JointLoop(model, config.period, torques_kept(mpc, config.period))
-        for _ in range(TRIES):
-            self._tune(model, frequency, config.pd_damping)
-            if loop.is_stable(GAIN_MARGIN * self.K_p, GAIN_MARGIN * self.K_d):
-                break
-            frequency *= LOWER
+        self._inertia, self._damping_ratio = np.diag(model.M)[: model.n_theta], config.pd_damping
+        self._tune(loop, wanted, lambda: np.ones(model.n_theta, bool))
+        if not loop.bears(self.K_p, self.K_d):
+            self._tune(loop, wanted, lambda: np.arange(model.n_theta) == self._culprit(loop))
         self._equilibrium = build_equilibrium(model)
         whole, share = split_delay(mpc, config.period)
         self._ahead = np.array([0.0, (whole + share) * config.period])
 
-    def _tune(self, model: ReducedModel, frequency: float, damping_ratio: float) -> None:
-        inertia = np.diag(model.M)[: model.n_theta]
-        self.frequency = frequency
-        self.K_p = frequency**2 * inertia
-        self.K_d = 2.0 * damping_ratio * frequency * inertia
+    def _tune(self, loop: JointLoop, wanted: Array, to_lower: Callable[[], NDArray[np.bool_]]) -> None:
+        """Lower axes from the frequencies that are wanted until the loop bears twice the gains."""
+        self.frequency = wanted
+        for _ in range(TRIES * wanted.size):
+            self.K_p = self.frequency**2 * self._inertia
+            self.K_d = 2.0 * self._damping_ratio * self.frequency * self._inertia
+            if loop.is_stable(GAIN_MARGIN * self.K_p, GAIN_MARGIN * self.K_d):
+                break
+            self.frequency = np.where(to_lower(), LOWER * self.frequency, self.frequency)
+
+    def _culprit(self, loop: JointLoop) -> int:
+        return loop.culprit(GAIN_MARGIN * self.K_p, GAIN_MARGIN * self.K_d)
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Array:
         """Return the torque that follows those already ``sent``, not yet limited, (n_u,).

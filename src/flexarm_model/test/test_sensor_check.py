@@ -92,6 +92,30 @@ def test_noise_above_the_described_one_is_told_and_a_channel_that_nothing_moves_
     assert not any(f.is_refused for f in found(still).values())
 
 
+def test_what_shakes_a_held_arm_is_no_noise_of_a_sensor() -> None:
+    """Encoders at 1 kHz shook an arm: sound accelerometers were noisy, and dead where little moved them."""
+    noise = np.random.default_rng(3).standard_normal
+    clean, shaken = pushes(), 10 * SIGMA
+    shaking = replace(
+        clean,
+        quiet=clean.quiet + shaken * noise(clean.quiet.shape),
+        measured=clean.measured + shaken * noise(clean.measured.shape),
+    )
+    told = tuple(replace(channel, shaken=shaken) for channel in CHANNELS)
+    assert {f.verdict for f in check_channels(told, shaking)} <= {"good", "not moved"}
+    assert all(f.described == pytest.approx(np.hypot(SIGMA, shaken)) for f in check_channels(told, shaking))
+    assert "noisy" in {f.verdict for f in check_channels(CHANNELS, shaking)}
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(1.0, "good"), (0.0, "dead"), (-1.0, "flipped")])
+def test_an_answer_of_a_few_sigmas_is_judged(share: float, verdict: str) -> None:
+    clean = pushes()
+    weak = 3.3 * SIGMA / np.sqrt(np.mean(clean.predicted[:, :, 0] ** 2))
+    noise = clean.measured - clean.predicted
+    faint = replace(clean, predicted=weak * clean.predicted, measured=noise + share * weak * clean.predicted)
+    assert found(faint)["a"].verdict == verdict
+
+
 def test_the_noise_floor_does_not_see_slow_motion() -> None:
     rng, t = np.random.default_rng(1), np.arange(4000) / 200.0
     y = 0.02 * rng.standard_normal(t.size)

@@ -3,6 +3,8 @@
 With ``x`` counted from rest at the pose, ``G`` the gains on the axes and ``r`` the torque added::
 
     x+ = (A - B G) x + B r        y = C x + D u        u = r - G x
+
+Encoders that are noisy shake an arm that is held, and the faster its motors are sampled the more.
 """
 
 from __future__ import annotations
@@ -12,7 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.sim.motor_side import SMOOTHING
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
+from flexarm_controller.joint_loop import JointLoop
 from flexarm_controller.joint_pd import JointPd
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import hold
@@ -62,7 +66,7 @@ class HeldArm:
 
         Raises:
             PoseError: There is no model at the home pose.
-            ValueError: There is no motor.
+            ValueError: There is no motor, or joint PD does not hold the arm there.
         """
         if not config.actuated:
             raise ValueError(f"{config.name} has no motor: nothing can hold or excite it")
@@ -71,6 +75,11 @@ class HeldArm:
         self.ranges = guard_limits(config, tree, GuardSettings()).ranges
         self.dt = round(1e9 / config.rate_hz) * 1e-9
         self._law = JointPd(self.model, ControllerConfig(period=self.dt), MpcConfig(delay_periods=DELAY))
+        loop = JointLoop(self.model, self.dt, DELAY)
+        if not loop.is_stable(self._law.K_p, self._law.K_d):
+            raise ValueError(
+                f"{config.name}: no joint PD holds it at this pose: nothing excites what moves by itself"
+            )
         self._goal = hold(config.home)
         self.tau_rest = self.torque(config.home, np.zeros(self.model.n_theta))
 
@@ -90,7 +99,7 @@ class HeldArm:
     @property
     def settling_time(self) -> float:
         """Time in which the joint loops come to rest [s]."""
-        decay = ControllerConfig().pd_damping * self._law.frequency
+        decay = ControllerConfig().pd_damping * self._law.frequency.min()
         return float(min(6.0 / decay, LONGEST_SETTLING))
 
     def rooms(self) -> dict[str, tuple[float, float]]:
@@ -116,10 +125,7 @@ class HeldArm:
 
     def respond(self, added: Array) -> Answer:
         """Return the answer to a torque added from rest on, (n, n_theta) [N m or N]."""
-        system, m = plant(self.model, self.dt), self.model.n_theta
-        gain = np.zeros((m, system.n_x))
-        gain[:, :m] = np.diag(self._law.K_p)
-        gain[:, system.n_xi : system.n_xi + m] = np.diag(self._law.K_d)
+        system, m, gain = plant(self.model, self.dt), self.model.n_theta, self._gain()
         A, driven = system.A - system.B @ gain, added @ system.B.T  # (n, n_x)
         x = np.zeros((len(added) + 1, system.n_x))
         for k, push in enumerate(driven):
@@ -129,3 +135,28 @@ class HeldArm:
         before = np.vstack([np.zeros(m), tau[:-1]])  # a sample feels the torque that acted until then
         y = x @ system.C.T + before @ system.D.T
         return Answer(tau, x[:, :m], x[:, system.n_xi : system.n_xi + m], y)
+
+    def shaken(self, count: int, seed: int = 0) -> Array:
+        """Return what the rows show of an arm that is held while its encoders have their noise, (count, n_y).
+
+        Velocities are differences of positions, smoothed as the drives do; a torque acts one period later.
+        """
+        system, m, gain = plant(self.model, self.dt), self.model.n_theta, self._gain()
+        kinds = {spec.site: spec.sigma[0] for spec in self.config.sensors if spec.kind == "encoder"}
+        sigma = np.array([kinds.get(axis, 0.0) for axis in self.config.actuated])
+        noise = sigma * np.random.default_rng(seed).standard_normal((count + 1, m))
+        velocity, acts, ordered, x = np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(system.n_x)
+        y = np.empty((count, len(system.C)))
+        for k in range(count):
+            y[k] = system.C @ x + system.D @ acts  # a sample feels the torque that acted until then
+            velocity += SMOOTHING * ((noise[k + 1] - noise[k]) / self.dt - velocity)
+            acts, ordered = ordered, -gain @ x - self._law.K_p * noise[k + 1] - self._law.K_d * velocity
+            x = system.A @ x + system.B @ acts
+        return y
+
+    def _gain(self) -> Array:
+        """Return the torque per state, turned about, (n_theta, n_x)."""
+        m, n = self.model.n_theta, self.model.n
+        gain = np.zeros((m, plant(self.model, self.dt).n_x))
+        gain[:, :m], gain[:, n : n + m] = np.diag(self._law.K_p), np.diag(self._law.K_d)
+        return gain

@@ -12,11 +12,18 @@ from flexarm_bringup.excite.drive import Channel, Drive, Driven, channels
 from flexarm_bringup.excite.held_arm import HeldArm
 from flexarm_bringup.excite.plan import Plan
 from flexarm_bringup.identify.measurement import COMMON, Records, SourceError
-from flexarm_model.identification.sensor_check import CheckedChannel, Finding, Pushes, check_channels
+from flexarm_model.identification.sensor_check import (
+    CheckedChannel,
+    Finding,
+    Pushes,
+    check_channels,
+    noise_floor,
+)
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 Array = NDArray[np.float64]
 QUIET = 1.0  # s
+SHAKEN = 2000  # periods; in the second half the arm shakes as it goes on
 CYCLES_SEEN = 1.0  # of the slowest mode after a push: a softer arm is still in step with the model
 MOST_GAPS = 0.05  # share of missing samples that is bridged
 
@@ -130,7 +137,9 @@ def check_sensors(arm: HeldArm, plan: Plan) -> Generator[Array, Driven, tuple[Fi
         yield rest
     at_rest = np.array(before)
     measured = np.array(answers) - at_rest[:, None]
-    return check_channels([_checked(c) for c in every], Pushes(quiet, at_rest, measured, np.array(predicted)))
+    shaken = arm.shaken(SHAKEN)[SHAKEN // 2 :]
+    checked = [_checked(c, noise_floor(shaken[:, c.row])) for c in every]
+    return check_channels(checked, Pushes(quiet, at_rest, measured, np.array(predicted)))
 
 
 def push_of(arm: HeldArm) -> Array:
@@ -154,9 +163,9 @@ def refuse(findings: tuple[Finding, ...], used: Collection[str], axes: tuple[str
         raise SensorCheckError(f"{named}. Repair it, or leave it out with {allow}", findings, axes)
 
 
-def _checked(channel: Channel) -> CheckedChannel:
+def _checked(channel: Channel, shaken: float) -> CheckedChannel:
     spec = channel.spec
-    return CheckedChannel(channel.name, channel.unit, channel.sigma, spec.low, spec.high)
+    return CheckedChannel(channel.name, channel.unit, channel.sigma, spec.low, spec.high, shaken)
 
 
 def record_of(config: ManipulatorConfig, driven: Driven, plan: Plan, used: Sequence[Channel]) -> Records:

@@ -1,8 +1,9 @@
 """Is every channel what the description says? A verdict in words, before anybody identifies with it.
 
 A quiet stretch tells the noise: half the mean square of differences is blind to slow motion, so second
-differences are taken, ``sigma^2 = <(y_k-1 - 2 y_k + y_k+1)^2> / 6``. Then every motor pushes once. What a
-channel says to that, ``m``, is held against what the model says, ``p``::
+differences are taken, ``sigma^2 = <(y_k-1 - 2 y_k + y_k+1)^2> / 6``. An arm that is held shakes by the noise
+of its encoders, which an accelerometer feels: that much belongs to a sound one. Then every motor pushes once.
+What a channel says to that, ``m``, is held against what the model says, ``p``::
 
     likeness  m'p / |m| |p|        gain  m'p / p'p        both over the pushes of all motors
 
@@ -22,7 +23,8 @@ from flexarm_model.modal.read_only import lock_arrays
 
 Array = NDArray[np.float64]
 HEARD = 3.0  # sigmas of noise that the prediction must have to be judged at all
-DEAD = 0.1  # share of the predicted answer below which a channel is dead
+DEAD = 0.1  # share of the predicted answer in a channel that is dead
+STILL = 0.3  # share of its size that such a channel moves in any other way, beyond its noise
 ALIKE = 0.5  # likeness from which a channel does what the model says
 BETTER = 0.2  # by which another channel's prediction must be more alike to call it swapped
 UNIT = 3.0  # factor from which the size is wrong
@@ -43,6 +45,7 @@ class CheckedChannel:
         unit: SI.
         sigma: Described noise.
         low, high: Smallest and largest value that it can tell.
+        shaken: Standard deviation of the white part of what it tells while the arm is held.
     """
 
     name: str
@@ -50,6 +53,12 @@ class CheckedChannel:
     sigma: float
     low: float = -np.inf
     high: float = np.inf
+    shaken: float = 0.0
+
+    @property
+    def at_rest(self) -> float:
+        """Noise of a sound one on an arm that is held."""
+        return float(np.hypot(self.sigma, self.shaken))
 
 
 @dataclass(frozen=True)
@@ -81,7 +90,7 @@ class Finding:
         name: Its name.
         unit: SI.
         noise: Standard deviation at rest.
-        described: The same as described.
+        described: The same as described, and as the noise of described encoders shakes an arm that is held.
         answers: Root mean square of its answer to the push of every motor, (motors,).
         likeness: To the model's prediction, from -1 to 1; nan when too little is predicted.
         gain: Its size over the predicted one [1].
@@ -123,10 +132,10 @@ def check_channels(channels: Sequence[CheckedChannel], pushes: Pushes) -> tuple[
         gain = float(np.sum(m * p) / np.sum(p**2)) if size else np.nan
         doubts = _Doubts(channel, noise, float(np.sqrt(np.mean(m**2))), size, gain, likeness[c])
         verdict, words = _verdict(doubts, c, rivals, channels, pushes)
-        is_judged = size > HEARD * channel.sigma
+        is_judged = size > HEARD * channel.at_rest
         found.append(
             Finding(
-                channel.name, channel.unit, noise, channel.sigma, np.sqrt(np.mean(m**2, axis=1)),
+                channel.name, channel.unit, noise, channel.at_rest, np.sqrt(np.mean(m**2, axis=1)),
                 float(likeness[c, c]) if is_judged else np.nan, gain if is_judged else np.nan, verdict, words,
             )
         )  # fmt: skip
@@ -151,6 +160,11 @@ class _Doubts:
     gain: float
     likeness: Array  # to every prediction, (c,)
 
+    @property
+    def moved(self) -> float:
+        """What of its answer is more than its noise."""
+        return float(np.sqrt(max(self.answer**2 - np.nan_to_num(self.noise) ** 2, 0.0)))
+
 
 def _verdict(
     at: _Doubts, c: int, rivals: Sequence[int], channels: Sequence[CheckedChannel], pushes: Pushes
@@ -164,10 +178,10 @@ def _verdict(
         return "dead", "says the same number all the time"
     if _is_clipped(record, at.channel):
         return "clipped", f"stays at {np.nanmax(abs(record)):.3g} {at.channel.unit} as if at a stop"
-    if at.size > HEARD * at.channel.sigma:
+    if at.size > HEARD * at.channel.at_rest:
         return _against_model(at, c, rivals, channels)
-    if at.noise > NOISY * at.channel.sigma:
-        return "noisy", f"{at.noise / at.channel.sigma:.1f} times the described noise"
+    if at.noise > NOISY * at.channel.at_rest:
+        return _noisy(at)
     return "not moved", "no push moves it beyond its noise: sign and place are not known"
 
 
@@ -179,19 +193,24 @@ def _against_model(
     best = max(rivals, key=lambda j: abs(at.likeness[j]), default=c)
     other = float(at.likeness[best])
     sign = " turned about" if other < 0 else ""
-    quiet = f"answers with {100 * at.answer / at.size:.1f} % of what the model says"
+    quiet = f"answers with {100 * at.moved / at.size:.1f} % of what the model says"
     as_other = f"speaks as {channels[best].name}{sign} should ({other:+.2f}, own {own:+.2f})"
-    loud = at.noise / at.channel.sigma
+    is_noisy = at.noise > NOISY * at.channel.at_rest
     doubts = [
-        (at.answer < max(DEAD * at.size, NOISY * at.noise), "dead", quiet),
+        (is_noisy and at.answer < NOISY * at.noise, *_noisy(at)),
+        (abs(at.gain) < DEAD and at.moved < STILL * at.size, "dead", quiet),
         (abs(other) > max(abs(own) + BETTER, ALIKE), "swapped", as_other),
         (own < -ALIKE, "flipped", f"its sign is the opposite of the model's (likeness {own:+.2f})"),
         (own < ALIKE, "unlike", f"moves, but not as the model says (likeness {own:+.2f})"),
         (not 1 / UNIT < at.gain < UNIT, "wrong size", f"{at.gain:.3g} times the model's answer: unit?"),
-        (loud > NOISY, "noisy", f"{loud:.1f} times the described noise"),
+        (is_noisy, *_noisy(at)),
     ]
     good = f"sign, size and place as the model says (likeness {own:+.2f})"
     return next(((verdict, words) for holds, verdict, words in doubts if holds), (GOOD, good))
+
+
+def _noisy(at: _Doubts) -> tuple[str, str]:
+    return "noisy", f"{at.noise / at.channel.at_rest:.1f} times the described noise"
 
 
 def _likeness(measured: Array, predicted: Array) -> Array:
