@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -18,11 +19,11 @@ def spin_until(executor: object, is_true: Callable[[], bool], seconds: float = 6
     return is_true()
 
 
-def test_it_waits_for_a_model_and_takes_it(
+def test_it_waits_for_a_model_and_takes_it_and_then_states_of_the_estimator(
     ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from diagnostic_msgs.msg import DiagnosticArray
-    from flexarm_interfaces.msg import ReducedModel
+    from flexarm_interfaces.msg import ModalState, ReducedModel
     from rclpy.executors import SingleThreadedExecutor
 
     from flexarm_estimator.drift_node import DriftNode
@@ -47,6 +48,11 @@ def test_it_waits_for_a_model_and_takes_it(
         model = linearize(ReducedTree(load_config(find_manipulator("single_link"), "geared")))
         node.create_publisher(ReducedModel, "model", MODELS_QOS).publish(model_to_msg(model, 0))
         assert spin_until(executor, lambda: node.exchange.watch is not None)
+        heard = list[Any]()
+        monkeypatch.setattr(node.exchange, "on_state", heard.append)
+        state = node.create_publisher(ModalState, "modal_state", 10)
+        assert spin_until(executor, lambda: not state.publish(ModalState(reason="mine")) and bool(heard))
+        assert heard[0].reason == "mine"
         node.stop()
     finally:
         rclpy.try_shutdown()

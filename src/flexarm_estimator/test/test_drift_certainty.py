@@ -29,7 +29,7 @@ def test_a_frequency_no_surer_than_the_drift_that_is_told_is_not_called_known(
 
 def test_diagnostics_do_not_call_a_mode_as_described_that_may_be_off_by_a_drift() -> None:
     for sigma, text in ((0.004, "as described"), (0.035, "has not moved enough to tell")):
-        watch: Any = SimpleNamespace(modes=(mode(-0.02, sigma),), alarms={}, proposal="")
+        watch: Any = SimpleNamespace(modes=(mode(-0.02, sigma),), alarms={}, proposal="", said_of_sensors="")
         (told,) = drift_from_msg(drift_to_msg(watch, "", 10**9))
         assert (told.text, told.has_drifted) == (text, False)
 

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
-from flexarm_bringup.bags.bag_reader import Bag, decode
+from flexarm_bringup.bags.bag_reader import Bag, Record, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.drift_run.simulation import EVERY, Watched
 from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_estimator.drift.exchange import DriftExchange
+from flexarm_estimator.drift.drift_watch import DriftWatch
+from flexarm_estimator.drift.exchange import STATE_TOPIC, STATES, DriftExchange
 from flexarm_estimator.drift.judgement import ModeNow
 from flexarm_estimator.drift.settings import DriftConfig
+from flexarm_estimator.exchange import INTERVENTIONS_TOPIC
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.conversions import NS_PER_S, stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.settings.overrides import apply_overrides
 from flexarm_model.settings.strict_yaml import ConfigError
 
 TIME = "joint_states"
+LONG_ENOUGH = 2.0  # s; the watch settles for one, and looks
 
 
 def settings_for(config: ManipulatorConfig) -> DriftConfig:
@@ -50,10 +53,11 @@ def watch_bag(bag: Bag, watched_by: DriftConfig) -> Watched:
     """
     config, settings = configuration(bag)
     estimator = apply_overrides(EstimatorConfig, settings.get("estimator", {}))
-    wanted = {f"{NAMESPACE}/{topic}" for topic in ("model", *DriftExchange(config, estimator).topics)}
-    messages = ((record.name, decode(record)) for record in bag.records if record.name in wanted)
+    topics = ("model", INTERVENTIONS_TOPIC, STATE_TOPIC, *DriftExchange(config, estimator).topics)
+    wanted = {f"{NAMESPACE}/{topic}" for topic in topics}
+    records = (record for record in bag.records if record.name in wanted)
     try:
-        return watch_messages(messages, config, estimator, watched_by)
+        return watch_messages(_messages(records), config, estimator, watched_by)
     except ValueError as error:
         raise BagError(f"{bag.path}: {error}") from error
 
@@ -76,32 +80,76 @@ def watch_messages(
         ValueError: No model is among them that can be watched.
     """
     exchange = DriftExchange(config, estimator, settings)
-    t, modes, alarms, told = list[float](), list[tuple[ModeNow, ...]](), list[tuple[float, str]](), set[str]()
-    start_ns, now = None, 0.0
+    notes, start_ns, now = _Notes(), None, 0.0
     for name, msg in messages:
         topic = name.removeprefix(f"{NAMESPACE}/")
-        if topic == "model":
-            exchange.on_model(msg)
-        elif topic in exchange.topics:
-            exchange.on_sensor(topic, msg)
+        _hand_over(exchange, topic, msg)
         if topic != TIME or exchange.watch is None:
             continue
         stamp_ns = stamp_to_ns(msg.header.stamp)
         start_ns = stamp_ns if start_ns is None else start_ns
         now = (stamp_ns - start_ns) * 1e-9
-        alarms += [(now, text) for mode, text in exchange.watch.alarms.items() if mode not in told]
-        told = set(exchange.watch.alarms)
-        if exchange.watch.modes and (not t or now - t[-1] >= EVERY):
-            t.append(now)
-            modes.append(exchange.watch.modes)
+        notes.note(now, exchange.watch)
     if exchange.watch is None:
         raise ValueError(exchange.fault)
-    if not t:
-        raise ValueError(_nothing_watched(start_ns, now))
-    return Watched(np.array(t), tuple(modes), tuple(alarms), "", exchange.watch.proposal)
+    if not notes.t:
+        raise ValueError(_nothing_watched(start_ns, now, exchange.watch.said_of_sensors))
+    return notes.watched(exchange.watch)
 
 
-def _nothing_watched(start_ns: int | None, seconds: float) -> str:
+def _messages(records: Iterable[Record]) -> Iterator[tuple[str, Any]]:
+    """Yield topic and message, of the states of the estimator only as many as the live watch reads."""
+    next_ns = 0
+    for record in records:
+        if record.name == f"{NAMESPACE}/{STATE_TOPIC}":
+            if record.log_time_ns < next_ns:
+                continue
+            next_ns = record.log_time_ns + round(STATES * NS_PER_S)
+        yield record.name, decode(record)
+
+
+def _hand_over(exchange: DriftExchange, topic: str, msg: Any) -> None:
+    if topic == "model":
+        exchange.on_model(msg)
+    elif topic == STATE_TOPIC:
+        exchange.on_state(msg)
+    elif topic == INTERVENTIONS_TOPIC:
+        exchange.on_intervention(msg)
+    elif topic in exchange.topics:
+        exchange.on_sensor(topic, msg)
+
+
+class _Notes:
+    """What the watch has said, row by row."""
+
+    def __init__(self) -> None:
+        self.t: list[float] = []
+        self._modes: list[tuple[ModeNow, ...]] = []
+        self._alarms: list[tuple[float, str]] = []
+        self._sensors: list[tuple[float, str]] = []
+        self._told: set[str] = set()
+
+    def note(self, now: float, watch: DriftWatch) -> None:
+        """Take what is new at a time [s]."""
+        self._alarms += [(now, text) for mode, text in watch.alarms.items() if mode not in self._told]
+        self._told = set(watch.alarms)
+        if watch.said_of_sensors != (self._sensors[-1][1] if self._sensors else ""):
+            self._sensors.append((now, watch.said_of_sensors))
+        if watch.modes and (not self.t or now - self.t[-1] >= EVERY):
+            self.t.append(now)
+            self._modes.append(watch.modes)
+
+    def watched(self, watch: DriftWatch) -> Watched:
+        """Return it all, as it is at the end."""
+        rows, alarms, sensors = tuple(self._modes), tuple(self._alarms), tuple(self._sensors)
+        return Watched(np.array(self.t), rows, alarms, "", watch.proposal, sensors=sensors)
+
+
+def _nothing_watched(start_ns: int | None, seconds: float, said: str) -> str:
     if start_ns is None:
         return f"no {TIME} after its model: there is nothing to watch"
+    if said:
+        return f"no mode is running after {seconds:.2f} s of {TIME}: the watch {said}"
+    if seconds > LONG_ENOUGH:
+        return f"{seconds:.2f} s of {TIME} after its model: in no period torque and sensors were all told"
     return f"{seconds:.2f} s of {TIME} after its model are too short: no mode is running yet"

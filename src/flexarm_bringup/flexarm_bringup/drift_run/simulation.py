@@ -68,6 +68,8 @@ class Watched:
         guard: Why the guard stopped the arm; empty when it did not.
         proposal: At the end.
         told: The modes of the alarms as they read when they were told.
+        sensors: When it was told which sensors are left out or doubted [s], with the sentence; an empty one
+            when none is any more.
     """
 
     t: Array
@@ -76,6 +78,7 @@ class Watched:
     guard: str
     proposal: str
     told: tuple[ModeNow, ...] = ()
+    sensors: tuple[tuple[float, str], ...] = ()
 
 
 class _Listening(Hardware):

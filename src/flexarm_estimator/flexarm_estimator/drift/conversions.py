@@ -36,7 +36,7 @@ class ToldMode:
 
 
 def drift_to_msg(watch: DriftWatch | None, fault: str, stamp_ns: int) -> DiagnosticArray:
-    """Return the diagnostics of every watched mode.
+    """Return the diagnostics of every watched mode, and of the watch itself where something is amiss.
 
     Args:
         watch: None before the first model.
@@ -45,8 +45,8 @@ def drift_to_msg(watch: DriftWatch | None, fault: str, stamp_ns: int) -> Diagnos
     """
     msg = DiagnosticArray()
     msg.header.stamp = ns_to_stamp(stamp_ns)
-    if fault or watch is None:
-        msg.status.append(_status("watch", DiagnosticStatus.WARN, fault or "no model yet", {}))
+    if said := _said_of_watch(watch, fault):
+        msg.status.append(_status("watch", DiagnosticStatus.WARN, said, {}))
     for mode in () if watch is None else watch.modes:
         said = watch.alarms.get(mode.name, "") if watch else ""
         level = DiagnosticStatus.WARN if said else DiagnosticStatus.OK
@@ -67,6 +67,13 @@ def drift_from_msg(msg: DiagnosticArray) -> tuple[ToldMode, ...]:
             name = status.name.removeprefix(PREFIX)
             found.append(ToldMode(name, status.level != DiagnosticStatus.OK, status.message, numbers))
     return tuple(found)
+
+
+def _said_of_watch(watch: DriftWatch | None, fault: str) -> str:
+    """Return what is wrong with the watch or with its sensors; empty when nothing is."""
+    if watch is None:
+        return fault or "no model yet"
+    return "; ".join(said for said in (fault, watch.said_of_sensors) if said)
 
 
 def _numbers(mode: ModeNow) -> tuple[float, ...]:

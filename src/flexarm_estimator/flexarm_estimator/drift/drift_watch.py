@@ -16,9 +16,11 @@ from flexarm_estimator.adoption import map_parts
 from flexarm_estimator.drift.healthy import HealthyModes
 from flexarm_estimator.drift.judgement import Alarms, ModeNow, modes_now
 from flexarm_estimator.drift.mode_drift import ModeDrift
-from flexarm_estimator.drift.proposal import proposal
+from flexarm_estimator.drift.opinion import Opinion
+from flexarm_estimator.drift.proposal import proposal, suspicion
 from flexarm_estimator.drift.running_point import RunningPoint, running_model
 from flexarm_estimator.drift.sensitivity import watched_filter
+from flexarm_estimator.drift.sensors_in_use import SensorsInUse
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.parts import PartsMaker
@@ -28,7 +30,7 @@ from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
-SETTLING = 1.0  # s after a start in which nothing is learned
+SETTLING = 1.0  # s after a start, or with other sensors, in which nothing is learned
 LONGEST_GAP = 0.1  # s; after a longer one the filter starts anew
 LOOK = 0.1  # s between two judgements
 
@@ -38,7 +40,7 @@ class DriftWatch:
 
     Attributes:
         modes: The watched modes as they ran at the last look; empty before.
-        model: In use.
+        sensors: Whose samples it asks for.
     """
 
     def __init__(
@@ -61,18 +63,20 @@ class DriftWatch:
         Raises:
             ValueError: No sensor speaks in every period, or no mode is slow and lightly damped.
         """
-        estimator, self._config = settings
-        estimator = replace(estimator, filter="linear", stiffness_modes=0)
-        gate = Gate({spec.name: spec.sigma.tolist() for spec in sensors}, estimator)
-        self._maker = PartsMaker(kinematics, sensors, estimator, gate)
-        self._specs, self._dt = sensors, dt
+        self._estimator, self._config = settings
+        self._estimator = replace(self._estimator, filter="linear", stiffness_modes=0)
+        gate = Gate({spec.name: spec.sigma.tolist() for spec in sensors}, self._estimator)
+        self._maker = PartsMaker(kinematics, sensors, self._estimator, gate)
+        self._dt, self._specs = dt, sensors
         self._watched_modes = self._choose(model)
-        self._point = RunningPoint([f"mode_{mode + 1}" for mode in self._watched_modes])
+        self._point = self._described()
         self._use(model)
-        self._drift = ModeDrift(self._filter, self._at_rest(), dt, self._config.memory)
-        self._alarms, self._healthy = Alarms(self._config), HealthyModes(self._config)
+        self.sensors = tuple(name for name, _ in self._filter.sensors)
+        self._in_use = SensorsInUse(sensors, self.sensors, dt)
+        self._healthy_by: dict[frozenset[tuple[str, str]], HealthyModes] = {}
+        self._forget_all(self._at_rest())
         self._last: int | None = None  # period of the last sample
-        self._whole: int | None = None  # of the last one in which every sensor spoke
+        self._whole: int | None = None  # of the last one in which every sensor in use spoke
         self._started = self._older = 0  # period, and periods in a row that were of an earlier time
         self._looked = 0.0  # s
         self.modes: tuple[ModeNow, ...] = ()
@@ -83,9 +87,9 @@ class DriftWatch:
         return self._model
 
     @property
-    def sensors(self) -> tuple[str, ...]:
-        """Sensors whose samples it takes, all of a period or none."""
-        return tuple(name for name, _ in self._filter.sensors)
+    def said_of_sensors(self) -> str:
+        """Which it goes on without and which are in doubt, with reasons; empty when none is."""
+        return self._in_use.said
 
     @property
     def alarms(self) -> Mapping[str, str]:
@@ -97,6 +101,8 @@ class DriftWatch:
         """What to do about it; empty when no mode has drifted."""
         if not self._alarms.told:
             return ""
+        if self._in_use.doubted:
+            return suspicion(self._in_use.doubted)
         is_early = 0.0 <= self._looked - self._alarms.newest < self._config.memory
         return proposal(self._healthy.judged(self.modes), self._alarms.is_damping_alone, is_early)
 
@@ -110,6 +116,10 @@ class DriftWatch:
         self._use(model)
         T = map_parts(old, self._parts).T
         self._drift.adopt(self._filter, T, T @ self._drift.x)
+
+    def heed(self, opinion: Opinion) -> None:
+        """Take what the estimator holds of the sensors, from the next step on."""
+        self._in_use.heed(opinion)
 
     def step(self, period: int, samples: Mapping[str, Array], tau: Array) -> None:
         """Take what was sampled at the end of a period.
@@ -125,15 +135,15 @@ class DriftWatch:
         u = np.append(tau, 1.0)
         for _ in range(missed):
             self._drift.step(None, u)
-        rows = [samples.get(name) for name, _ in self._filter.sensors]
-        is_whole = all(
-            row is not None and row.size == size and bool(np.isfinite(row).all())
-            for row, (_, size) in zip(rows, self._filter.sensors, strict=True)
-        )
-        y = np.concatenate([row for row in rows if row is not None]) if is_whole else None
+        fit = self._in_use.read(samples)
+        if self._in_use.has_changed:
+            self._change_sensors(period)
+        rows = [fit[name] for name, _ in self._filter.sensors if name in fit]
+        is_whole = len(rows) == len(self._filter.sensors) and not self._in_use.is_blind
+        y = np.concatenate(rows) if is_whole else None
         if is_whole:
             self._anew_after_silence(period)
-        elif self._whole is None:
+        elif self._whole is None and not self.modes:
             return
         elapsed = (period - self._started) * self._dt
         self._drift.step(y, u, counts=elapsed > SETTLING)
@@ -144,14 +154,29 @@ class DriftWatch:
         """Judge the modes, and go along with those that have left the point about which slopes hold."""
         self._looked = t
         now = modes_now(self.model, self._filter.modes, self._drift.deltas(), self._point.ratio)
-        self.modes = self._point.settled(self._healthy.compare(now, elapsed), t)
-        judged = self._healthy.judged(self.modes)
+        healthy = self._healthy
+        self.modes = self._point.settled(healthy.compare(now, elapsed), t)
+        judged = healthy.judged(self.modes)
         self._alarms.look(judged, t)
         shift = self._point.step(judged, t)
         if shift is not None:
             old = self._parts
             self._use(self._model)
             self._drift.move(self._filter, map_parts(old, self._parts).T, shift)
+
+    def _change_sensors(self, period: int) -> None:
+        """Go on with the filter of other sensors; what a false one has told is forgotten."""
+        old = self._parts
+        self._maker = self._maker.retuned(self._in_use.specs, self._estimator)
+        if self._in_use.is_misled:
+            self._point = self._described()
+        self._use(self._model)
+        T = map_parts(old, self._parts).T
+        if self._in_use.is_misled:
+            self._forget_all(T @ self._drift.x)
+        else:
+            self._drift.adopt(self._filter, T, T @ self._drift.x)
+        self._started = period
 
     def _missed(self, period: int) -> int | None:
         """Return how many periods passed unseen, none of a long gap; None when the sample is old.
@@ -163,9 +188,12 @@ class DriftWatch:
             self._older += 1
             if self._older * self._dt <= LONGEST_GAP:
                 return None
-            last = self._whole = None
+            last, self._whole, self._started = None, None, period
         self._last, self._older = period, 0
-        if last is None or (period - last) * self._dt > LONGEST_GAP:
+        if last is None:
+            return 0
+        if (period - last) * self._dt > LONGEST_GAP:
+            self._drift.forget(period - last - 1)
             return 0
         return period - last - 1
 
@@ -181,6 +209,19 @@ class DriftWatch:
         running = running_model(model, self._watched_modes, self._point.ratio)
         self._parts = parts = self._maker.make(running, use_compiler=False)
         self._filter = watched_filter(parts, self._specs, self._dt, self._watched_modes)
+
+    @property
+    def _healthy(self) -> HealthyModes:
+        """How modes should read with the sensors in use: what the model leaves out moves each otherwise."""
+        return self._healthy_by.setdefault(self._in_use.channels, HealthyModes(self._config))
+
+    def _described(self) -> RunningPoint:
+        return RunningPoint([f"mode_{mode + 1}" for mode in self._watched_modes])
+
+    def _forget_all(self, x: Array) -> None:
+        """Go on from a state with nothing learned, and nothing told."""
+        self._drift = ModeDrift(self._filter, x, self._dt, self._config.memory)
+        self._alarms = Alarms(self._config)
 
     def _at_rest(self) -> Array:
         x = np.zeros(self._parts.layout.n_x)

@@ -7,6 +7,7 @@ or ``_PATIENCE`` has passed since (``instants``). Stamps are counted in control 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.drift.drift_watch import DriftWatch
 from flexarm_estimator.drift.instants import Instants
+from flexarm_estimator.drift.opinion_reader import OpinionReader
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
@@ -27,6 +29,8 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 TORQUE_TOPIC = "applied_effort"
+STATE_TOPIC = "modal_state"
+STATES = 0.1  # s between two states that are read: health changes no faster
 _PATIENCE = 0.5  # s
 _MOST_WAITING = 1000  # torques
 _HELD = 0.05  # s that a torque may be held; of an arm whose guard is silent nobody knows it: drives brake
@@ -47,6 +51,7 @@ class DriftExchange:
         self._config, self._settings = config, (estimator, settings or DriftConfig())
         self._period_ns = round(NS_PER_S / config.rate_hz)
         self._reader, self._tree = SensorReader(config), ReducedTree(config)
+        self._opinions = OpinionReader()
         self._instants = Instants(round(_PATIENCE * config.rate_hz))
         self._torques: deque[tuple[int, Array]] = deque(maxlen=_MOST_WAITING)
         self._tau, self._tau_ns = np.zeros(len(config.actuated)), -1
@@ -75,8 +80,17 @@ class DriftExchange:
         dt = 1.0 / self._config.rate_hz
         try:
             self.watch = DriftWatch(model, self._tree, self._config.sensors, self._settings, dt)
+            self.watch.heed(self._opinions.opinion)
         except (KeyError, ValueError) as error:
             self.fault = f"model refused: {error}"
+
+    def on_state(self, msg: Any) -> None:
+        """Take what a state of the estimator says of the sensors; one every ``STATES`` seconds is enough."""
+        self._heed(self._opinions.on_state, msg)
+
+    def on_intervention(self, msg: Any) -> None:
+        """Take what a user did to the estimator."""
+        self._heed(self._opinions.on_intervention, msg)
 
     def on_sensor(self, topic: str, msg: Any) -> None:
         """Take a message of a sensor, or the torque that was applied; joint states move time on."""
@@ -98,6 +112,12 @@ class DriftExchange:
             awaited = (*self.watch.sensors, TORQUE_TOPIC)
             for due, samples in self._instants.due(awaited, period):
                 self._take(due, samples)
+
+    def _heed(self, read: Callable[[Any], None], msg: Any) -> None:
+        before = self._opinions.opinion
+        read(msg)
+        if self.watch is not None and self._opinions.opinion is not before:
+            self.watch.heed(self._opinions.opinion)
 
     def _take(self, period: int, samples: dict[str, Array]) -> None:
         assert self.watch is not None

@@ -7,8 +7,8 @@ the covariance ``S`` of the innovations and forgetting of what is older than the
 
 What the model leaves out makes innovations larger than the filter believes, and not white: their mean square
 is measured, and so is the scatter over blocks (``score_blocks``), averaged for long, or a change of a mode
-would count as scatter; the larger sigma counts. A time in which a mode does not ring says nothing of it: its
-sigma goes back to that of the prior.
+would count as scatter; the larger sigma counts. A time in which a mode does not ring, or without
+samples, says nothing of it: its sigma goes back to that of the prior.
 """
 
 from __future__ import annotations
@@ -123,7 +123,15 @@ class ModeDrift:
             s += watched.K.dot(psi)
             if counts:
                 self._learn(nu, psi)
+        if y is None or not counts:
+            self.forget(1)
         self.x, self._s = x, s
+
+    def forget(self, periods: int) -> None:
+        """Let what was learned grow older by so many periods, of which nothing is known."""
+        keep = self._keep**periods
+        self._information, self._told = keep * self._information, keep * self._told
+        self._blocks.forget(keep)
 
     def deltas(self) -> Deltas:
         """Return the changes as known now."""

@@ -2,12 +2,12 @@
 
 All modes stiffer or softer by the same is the arm: modulus, temperature, or mass of a part. Modes that
 changed apart point to one place: a payload, a loose bolt. That is said only of modes that are read within the
-reach of the method, and some moves after the last of them was told.
+reach of the method, and some moves after the last of them was told. While a sensor is doubted none of it is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -42,6 +42,16 @@ def proposal(modes: Sequence[ModeNow], is_damping_alone: bool = False, is_early:
         return f"modes changed apart: look for a payload or a loose joint, or {REFRESH}"
     factor = (1.0 + _mean(known)) ** 2
     return f"{ALL_ALIKE} were {factor:.3f} times (or all mass {1 / factor:.3f} times) that; {REFRESH}"
+
+
+def suspicion(doubted: Mapping[str, str]) -> str:
+    """Return what to do while it is not clear whether arm or sensor has changed.
+
+    Args:
+        doubted: What speaks against sensors, by name.
+    """
+    said = "; ".join(f"{name}: {why}" for name, why in sorted(doubted.items()))
+    return f"a sensor may be what changed, not the arm: look first at {said}"
 
 
 def _are_apart(modes: Sequence[ModeNow]) -> bool:

@@ -50,6 +50,10 @@ class ScoreBlocks:
         self._open += 1
         return self._open == self.periods
 
+    def forget(self, keep: float) -> None:
+        """Weigh all that was taken by another share [1]: nothing was, for a while."""
+        self._information, self._told = keep * self._information, keep * self._told
+
     def move(self, before: Array, after: Array, scale: Array) -> None:
         """Go on with parameters about another point.
 
