@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexarm_bringup.rig_run.late_nodes import FIRST, LateNodes
+from flexarm_bringup.rig_run.late_nodes import FIRST, Complaints, LateNodes
 
 READY, WAITING = {"model": True, "estimator": True}, {"model": True, "estimator": False}
 
@@ -31,3 +31,15 @@ def test_nodes_that_become_ready_in_time_are_not_named() -> None:
 def test_a_node_that_returns_has_its_time_again() -> None:
     first = round(FIRST)
     assert [*told({5: READY, 50: WAITING, 60: READY, 70: WAITING}, 70 + first + 1)] == [70 + first]
+
+
+def test_what_a_late_node_complains_of_is_told_until_it_is_well() -> None:
+    """That an arm has no mode to watch stood in a log, once; the console said that it was not ready."""
+    said, late = Complaints(), LateNodes()
+    said.hear("drift: watch", "model refused: no mode", is_well=False)
+    said.hear("model: motion", "none", is_well=False)
+    late.look(0.0, {"model": True, "drift": False, "rig": False}, said.of)
+    told = late.look(FIRST, {"model": True, "drift": False, "rig": False}, said.of)
+    assert told == f"not ready after {FIRST:.0f} s: drift (model refused: no mode), rig"
+    said.hear("drift: watch", "", is_well=True)
+    assert not said.of("drift") and said.of("model") == "none"

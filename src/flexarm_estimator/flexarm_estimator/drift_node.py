@@ -54,7 +54,7 @@ class DriftNode(ManagedNode):
     def activate(self) -> None:
         """Begin without a model; subscribe to the sensors."""
         self.exchange = DriftExchange(self._config, self._filter, self._watched)
-        self._told, self._said = set[str](), ""
+        self._told, self._said, self._seen = set[str](), "", ""
         self._outlet = DiagnosticsOutlet(self)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         for topic in self.exchange.topics:
@@ -95,8 +95,9 @@ class DriftNode(ManagedNode):
         self._log_sensors("" if watch is None else watch.said_of_sensors)
 
     def _log_sensors(self, said: str) -> None:
-        """Log which sensors are left out or doubted when that has changed."""
-        if said != self._said:
+        """Log which sensors are left out or doubted when that has changed and lasts."""
+        before, self._seen = self._seen, said
+        if before == said != self._said:
             self._said = said
             if said:
                 self.get_logger().warning(said)

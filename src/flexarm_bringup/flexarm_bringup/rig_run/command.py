@@ -196,7 +196,7 @@ def _watch(
             say("ending")
             break
         watch.spin(LOOK_PERIOD)
-        if told := late.look(time.monotonic(), watch.ready):
+        if told := late.look(time.monotonic(), watch.ready, watch.complaints.of):
             say(f"{told}; their logs tell what they wait for")
         if watch.all_ready:
             supervisor.provide()

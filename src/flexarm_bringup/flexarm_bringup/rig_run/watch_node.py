@@ -4,7 +4,7 @@ Publishes
     stop (std_msgs/Empty): the guard latches a stop.
 Subscribes
     <name>/ready (std_msgs/Bool, latched) of every node, guard_status (flexarm_interfaces/GuardStatus),
-    /diagnostics (diagnostic_msgs/DiagnosticArray): what the recorder cannot write.
+    /diagnostics (diagnostic_msgs/DiagnosticArray): what the recorder cannot write, what nodes complain of.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from std_msgs.msg import Bool, Empty
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.secured import WATCH
 from flexarm_bringup.processes.spinning import spin_once
+from flexarm_bringup.rig_run.late_nodes import Complaints
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.process.leaving import LEAVING, ends_within
 from flexarm_model.ros.node import LATCHED_QOS, LATEST_QOS, RELIABLE_QOS, events_executor
@@ -50,6 +51,7 @@ class WatchNode(Node):  # type: ignore[misc]
 
     Attributes:
         ready: Whether each node is ready, by name.
+        complaints: What nodes say is wrong with them.
         exit_code: With which the process ends by itself if it cannot leave the graph; say when it is known.
     """
 
@@ -62,6 +64,7 @@ class WatchNode(Node):  # type: ignore[misc]
         """
         super().__init__(WATCH, namespace="flexarm", start_parameter_services=False)
         self.ready = dict.fromkeys(names, False)
+        self.complaints = Complaints()
         self.exit_code = 1
         self._say, self._guard, self._recorder = say, "", ""
         self._stop = self.create_publisher(Empty, "stop", RELIABLE_QOS)
@@ -106,8 +109,10 @@ class WatchNode(Node):  # type: ignore[misc]
             self._say(told)
 
     def on_diagnostics(self, msg: DiagnosticArray) -> None:
-        """Tell once that the recorder has failed: it is not essential, the motion goes on."""
+        """Keep complaints; tell once that the recorder has failed: the motion goes on without it."""
         for status in msg.status:
+            is_well = status.level == DiagnosticStatus.OK
+            self.complaints.hear(status.name, status.message, is_well=is_well)
             is_error = status.name == RECORDER and status.level == DiagnosticStatus.ERROR
             if is_error and status.message != self._recorder:
                 self._recorder = status.message
