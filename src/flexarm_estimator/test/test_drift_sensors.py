@@ -111,6 +111,17 @@ def test_while_a_sensor_is_doubted_the_proposal_is_to_look_at_it() -> None:
     assert seen.said_of_sensors == f"in doubt: {GAUGE} (noise is 3 times what it should be)"
 
 
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_a_short_standstill_of_the_machine_is_no_change_of_the_arm(seed: int) -> None:
+    """0.08 s of torques that nobody told, every 1.6 s: what followed from a wrong one was learned from."""
+    seen, record = watch(), record_of(1.0, 1600, seed)
+    for k, samples in enumerate(record.samples):
+        if k < 400 or k % 320 > 16:
+            seen.step(k, {sample.sensor: sample.y for sample in samples}, record.tau[k])
+    mode = seen.modes[0]
+    assert mode.is_certain and abs(mode.change) < 0.002
+
+
 def test_with_other_sensors_a_healthy_arm_is_learned_anew() -> None:
     """What the model leaves out moves the reading of every sensor otherwise."""
     seen = watch(DriftConfig(learning=2.0))

@@ -32,6 +32,7 @@ from flexarm_model.served.reduced_model import ReducedModel
 Array = NDArray[np.float64]
 SETTLING = 1.0  # s after a start, or with other sensors, in which nothing is learned
 LONGEST_GAP = 0.1  # s; after a longer one the filter starts anew
+UNSEEN = 0.03  # s; after a longer one, in which nobody told the torque, it settles
 LOOK = 0.1  # s between two judgements
 
 
@@ -133,6 +134,8 @@ class DriftWatch:
         if missed is None:
             return
         u = np.append(tau, 1.0)
+        if missed * self._dt > UNSEEN:
+            self._started = period
         for _ in range(missed):
             self._drift.step(None, u)
         fit = self._in_use.read(samples)
