@@ -36,10 +36,9 @@ class OpinionReader:
         self._faults: dict[str, tuple[int, str]] = {}  # stamp until which [ns], and what
         self._doubts: dict[str, tuple[int, str]] = {}  # the same
         self._refused: dict[str, int] = {}  # states in a row
-        self._accepted = 0  # samples of all sensors
 
     def on_intervention(self, msg: Any) -> None:
-        """Take what a user did to channels; of sensors as a whole the next state tells."""
+        """Take what a user did to channels, which outlives the estimator; of whole sensors states tell."""
         try:
             done = intervention_from_msg(msg)
         except InterventionError:  # of another version; the estimator tells of it
@@ -54,10 +53,7 @@ class OpinionReader:
             _, _, status, reports = state_from_msg(msg)
         except ValueError:
             return
-        now_ns, accepted = stamp_to_ns(msg.header.stamp), sum(report.accepted for report in reports)
-        if accepted < self._accepted:
-            self._channels.clear()  # another estimator, which has all of them
-        self._accepted = accepted
+        now_ns = stamp_to_ns(msg.header.stamp)
         self._off = tuple(report.name for report in reports if report.status == "off")
         until_ns = now_ns + round(LASTING * NS_PER_S)
         for report in reports:
