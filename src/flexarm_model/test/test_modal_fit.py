@@ -24,7 +24,7 @@ from flexarm_model.modal.half_power import half_power
 from flexarm_model.modal.modes import Modes, poles_of
 from flexarm_model.modal.partial_fractions import Basis
 from flexarm_model.modal.residues import fit_residues
-from flexarm_model.modal.variable_projection import Projection
+from flexarm_model.modal.variable_projection import Compressed, JointProjection, Projection
 
 RUNS = 30  # rms values over them are known to 13 %
 BAND = np.arange(75.0, 151.0)  # 20 Hz around 96 and 129 Hz, 1 Hz lines
@@ -90,6 +90,24 @@ def test_the_jacobian_of_the_residual_is_its_finite_difference_at_an_exact_fit()
         change[i] = step
         difference = (problem.residual(p + change) - problem.residual(p - change)) / (2 * step)
         assert J[:, i] == pytest.approx(difference, abs=1e-5 * abs(J[:, i]).max())
+
+
+def test_what_is_compressed_has_the_same_cost_gradient_and_curvature() -> None:
+    """A step took 20 s of 150,000 equations of a six-axis arm; it needs no more numbers than unknowns."""
+    modes, frf = planar(2)
+    poles = poles_of_modes(modes)[3:9] * (1.0 + 1e-3j)
+    L = modes.shapes[:3, 3:9].T.astype(complex)
+    L = L / np.take_along_axis(L, abs(L).argmax(axis=1)[:, None], axis=1)
+    basis = Basis.of(frf, np.ones(frf.f_hz.size), (-2, 0))
+    problem = JointProjection([Projection(basis, basis.data(frf.H), L)])
+    compressed, p = Compressed(problem), problem.pack(poles, L)
+    r, J = problem.residual(p), problem.jacobian(p)
+    u, T = compressed.residual(p), compressed.jacobian(p)
+    assert u.shape == (p.size + 1,) and T.shape == (p.size + 1, p.size) and r.size > 5 * u.size
+    assert u @ u == pytest.approx(r @ r, rel=1e-12)
+    size = np.linalg.norm(J, axis=0)
+    assert T.T @ u / size == pytest.approx(J.T @ r / size, abs=1e-10 * np.linalg.norm(r))
+    assert T.T @ T / np.outer(size, size) == pytest.approx(J.T @ J / np.outer(size, size), abs=1e-10)
 
 
 @pytest.mark.parametrize("degrees", [10.0, 25.0])

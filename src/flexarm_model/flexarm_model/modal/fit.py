@@ -21,7 +21,7 @@ from flexarm_model.modal.line_weights import repeated_weights, shared_weights
 from flexarm_model.modal.partial_fractions import REMAINDERS, Basis
 from flexarm_model.modal.read_only import lock_arrays
 from flexarm_model.modal.residues import ModalFit, as_one_input, check_determined, fit_residues
-from flexarm_model.modal.variable_projection import JointProjection, Projection
+from flexarm_model.modal.variable_projection import Compressed, JointProjection, Projection
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -102,8 +102,9 @@ def fit_poles(
     start, bounds = problem.pack(poles, L), problem.bounds()
     if ((start <= bounds[0]) | (start >= bounds[1])).any():
         raise ValueError(f"start poles {poles} lie outside the band {frf.f_hz[0]}..{frf.f_hz[-1]} Hz")
+    compressed = Compressed(problem)
     found = least_squares(
-        problem.residual, start, problem.jacobian, bounds, x_scale=problem.scale(poles), method="trf",
+        compressed.residual, start, compressed.jacobian, bounds, x_scale=problem.scale(poles), method="trf",
         xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE, max_nfev=MAX_EVALUATIONS,
     )  # fmt: skip
     refined, L = problem.unpack(found.x)

@@ -138,3 +138,30 @@ class JointProjection:
             equations = 2 * np.count_nonzero(part.basis.weight) * part.basis.n_in
             spare += (equations - part.basis.n_linear(self.n_modes)) * part.Y.shape[1]
         return int(spare)
+
+
+class Compressed:
+    """The same sum of squares with the same gradient and curvature, in as many numbers as p has, and one.
+
+    ``[J r] = Q [T u; 0 c]``, so ``[u; c]`` and ``[T; 0]`` stand for r and J at this p: a step of Gauss-Newton
+    needs no more, and its decomposition does not grow with the lines.
+    """
+
+    def __init__(self, problem: JointProjection) -> None:
+        """Take the problem; its last point is remembered."""
+        self._problem = problem
+        self._at, self._triangle = np.empty(0), np.empty((0, 0))
+
+    def residual(self, p: Array) -> Array:
+        """Return ``[u; c]``, (n_p + 1,)."""
+        return np.asarray(self._evaluate(p)[:, -1])
+
+    def jacobian(self, p: Array) -> Array:
+        """Return ``[T; 0]``, (n_p + 1, n_p)."""
+        return np.asarray(self._evaluate(p)[:, :-1])
+
+    def _evaluate(self, p: Array) -> Array:
+        if not np.array_equal(p, self._at):
+            both = np.column_stack([self._problem.jacobian(p), self._problem.residual(p)])
+            self._at, self._triangle = p.copy(), np.linalg.qr(both, mode="r")
+        return self._triangle
