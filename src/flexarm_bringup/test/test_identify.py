@@ -17,6 +17,7 @@ from flexarm_bringup import cli
 from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.measurement import Responses, SourceError, merge
 from flexarm_bringup.identify.page import _collinearity, _knowledge
+from flexarm_bringup.identify.run import NEEDED_LINES, WINDOWED_LINES
 from flexarm_bringup.identify.sources import read_sources
 from flexarm_bringup.identify.uff_source import read_uff
 from flexarm_model.manipulator.body_spec import Beam
@@ -266,7 +267,7 @@ def test_one_command_brings_the_description_in_line_and_writes_it(tmp_path, caps
 )
 def test_a_damping_is_known_where_its_sigma_is_well_below_it(is_windowed, lines, percent, said):
     """It was known beside a sigma of 17.7 % of it."""
-    result = SimpleNamespace(is_windowed=is_windowed)
+    result = SimpleNamespace(needed_lines=WINDOWED_LINES if is_windowed else NEEDED_LINES)
     assert _knowledge(result, lines, 0.01, percent / 100 * 0.01) == said
 
 

@@ -29,8 +29,7 @@ def identified(*f_hz: float, sigma: float = 1e-3) -> PoleFit:
         SimpleNamespace(
             model=modes,
             f_std_hz=sigma * f,
-            zeta_std=np.full(f.size, 1e-4),
-            lines_per_bandwidth=np.zeros(f.size),
+            zeta_std=np.full(f.size, np.inf),
         ),
     )
 

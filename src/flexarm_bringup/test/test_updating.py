@@ -149,7 +149,7 @@ def test_equal_parts_are_written_one_by_one(tmp_path: Path) -> None:
     """What one anchor holds for all legs is the same number in every one of them afterwards."""
     path, output = find_manipulator("planar_3rrr"), tmp_path / "fitted.yaml"
     names = [f"bodies.first_{leg}.point_masses.0.mass" for leg in (1, 2, 3)]
-    unknown = Unknown(names[0], 53.0, "g", 0.3, tuple(names[1:]))
+    unknown = Unknown(names[0], 53.0, "g", 0.3, equals=tuple(names[1:]))
     small = np.full(1, 0.1)
     update = Update((unknown,), small, small, ONE, ONE, small, small, changed([unknown], small))
     assert "first_1,first_2,first_3" in update_table(update).rows[0][0]

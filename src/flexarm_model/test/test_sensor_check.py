@@ -82,6 +82,26 @@ def test_swapped_channels_are_named_with_whom_they_speak_for() -> None:
     assert "speaks as b should" in findings["a"].words and findings["a"].is_refused
 
 
+@pytest.mark.parametrize(("likeness", "verdict"), [(0.8, "swapped"), (0.99, "good")])
+def test_a_swap_takes_two_also_where_one_of_them_resembles_what_it_should_say(
+    likeness: float, verdict: str
+) -> None:
+    """The advice was to leave out the one that was named: the other one's signal was fitted as its own."""
+    rng = np.random.default_rng(5)
+    a, other = np.linalg.qr(rng.standard_normal((600, 2)))[0].T
+    b = likeness * a + np.sqrt(1 - likeness**2) * other
+    noise = 1e-3 * rng.standard_normal((2, 300, 3))
+    predicted = np.stack([a, b, rng.standard_normal(600)], axis=1).reshape(2, 300, 3)
+    measured = predicted[:, :, [1, 0, 2]] + noise
+    if verdict == "good":  # the wire of one is on both
+        measured[:, :, 1], measured[:, :, 0] = predicted[:, :, 1], rng.standard_normal((2, 300))
+        measured[:, :, 0] = 0.1 * measured[:, :, 0] / 10 + predicted[:, :, 1] * 0.5
+    quiet = 1e-3 * rng.standard_normal((400, 3))
+    channels = [CheckedChannel(name, "1", 1e-3) for name in "abc"]
+    found = check_channels(channels, Pushes(quiet, np.zeros((2, 3)), measured, predicted))
+    assert [f.verdict for f in found][1] == verdict
+
+
 def test_noise_above_the_described_one_is_told_and_a_channel_that_nothing_moves_is_not_judged() -> None:
     clean = pushes()
     noise = np.random.default_rng(2).standard_normal

@@ -19,7 +19,6 @@ from flexarm_model.modal.fit import PoleFit
 Array = NDArray[np.float64]
 FURTHEST = 0.5  # of ln f: a mode further off than that is another one
 FITTED = 0.2  # the same, from what all modes are off by, once the description is fitted
-NEEDED_LINES = 1.0  # per bandwidth, for a damping that counts
 
 
 def match(described_hz: Array, pose: Array, fit: PoleFit, furthest: float = FURTHEST) -> ModeTable:
@@ -28,7 +27,7 @@ def match(described_hz: Array, pose: Array, fit: PoleFit, furthest: float = FURT
     Args:
         described_hz: Frequencies of the description [Hz], (n,).
         pose: Actuated axes [rad or m], (n_theta,).
-        fit: The identified modes.
+        fit: The identified modes; an infinite sigma of a damping says that it is not known.
         furthest: ln f by which two may differ that are one mode [1].
 
     Raises:
@@ -45,7 +44,7 @@ def match(described_hz: Array, pose: Array, fit: PoleFit, furthest: float = FURT
     f, f_std, zeta, zeta_std = np.full((4, max(r for r, _ in pairs) + 1), np.nan)
     for r, c in pairs:
         f[r], f_std[r] = fit.model.f_hz[c], fit.f_std_hz[c]
-        if fit.lines_per_bandwidth[c] >= NEEDED_LINES:
+        if not np.isinf(fit.zeta_std[c]):
             zeta[r], zeta_std[r] = fit.model.zeta[c], fit.zeta_std[c]
     return ModeTable(pose, f, f_std, zeta, zeta_std)
 

@@ -10,7 +10,7 @@ import numpy as np
 from flexarm_bringup.identify.chart_figure import chart_figure
 from flexarm_bringup.identify.likeness_figure import likeness_figure
 from flexarm_bringup.identify.response_figures import indicator_figure, responses_figure
-from flexarm_bringup.identify.run import Result
+from flexarm_bringup.identify.run import WINDOWED_LINES, Result
 from flexarm_bringup.identify.shapes_figure import shapes_figure
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
@@ -23,10 +23,9 @@ PERCENT = 100.0
 MOVES = {"accelerance": "acceleration", "mobility": "velocity"}
 MANY_LINES = 5000  # over which the chart's orders hardly show a mode of a few lines
 MOST_LEFT = 20.0  # of the responses, beyond which the modes are not what was measured [%]
-NEEDED_LINES = 1.0  # per bandwidth, for a damping that the data hold
 KNOWN = 0.1  # sigma of a damping over it, up to which it is known
+NOTHING = Check("modes that stand out of the noise in this band", "one at least", "none", False)
 PERHAPS = "of a faster mode?"  # a pole that a mode above half the rate explains best
-WINDOWED_LINES = 6.0  # the same where a window has widened the resonance: below, it reads too high
 
 
 def build_page(files: Sequence[Path], result: Result, measured: Sequence[Table] = ()) -> Page:
@@ -57,7 +56,7 @@ def build_page(files: Sequence[Path], result: Result, measured: Sequence[Table] 
     items += measured
     remarks = {"What the data do not hold": _doubts(result)}
     left = "what the modes leave of the responses"
-    checks = [Check.at_most(left, PERCENT * fit.model.error, MOST_LEFT, "%")] if fit else []
+    checks = [Check.at_most(left, PERCENT * fit.model.error, MOST_LEFT, "%")] if fit else [NOTHING]
     return Page("Modes", lead, items, checks, {k: v for k, v in remarks.items() if v})
 
 
@@ -102,7 +101,7 @@ def _faster(result: Result, fit: PoleFit) -> list[str]:
 
 def _knowledge(result: Result, lines: float, zeta: float, zeta_std: float) -> str:
     """Return how well a damping is known, by the lines per bandwidth and its sigma."""
-    if lines < (WINDOWED_LINES if result.is_windowed else NEEDED_LINES):
+    if lines < result.needed_lines:
         return "not identifiable"
     return "known" if zeta_std <= KNOWN * zeta else "uncertain"
 

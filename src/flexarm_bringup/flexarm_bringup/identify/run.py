@@ -20,7 +20,7 @@ from flexarm_bringup.identify.sources import Source
 from flexarm_model.identification.automatic import Identified, identify_modes, orders_for
 from flexarm_model.identification.bootstrap import Scatter, bootstrap
 from flexarm_model.identification.described_arm import DescribedArm
-from flexarm_model.identification.held_modes import Unsure, held_modes
+from flexarm_model.identification.held_modes import Unsure, all_together, held_modes
 from flexarm_model.identification.lscf import poles_of_orders
 from flexarm_model.identification.stabilisation import lasting
 from flexarm_model.modal.fit import FitOptions, PoleFit
@@ -35,6 +35,8 @@ DRAWS, FEWEST_DRAWS = 20, 8  # of the bootstrap
 EVERY_DRAW = 60_000  # lines of all responses that all draws together may fit
 SEED = 0  # of the bootstrap
 MOST_INPUTS = 6  # on the smaller side of the matrix; each more multiplies the poles
+NEEDED_LINES = 1.0  # per bandwidth, for a damping that the data hold
+WINDOWED_LINES = 6.0  # the same where a window has widened the resonance: below, it reads too high
 MIXED = (*REMAINDERS, 1, 2)  # remainders where the kinds differ
 
 
@@ -103,8 +105,22 @@ class Result:
 
     @property
     def own_fit(self) -> PoleFit | None:
-        """The modes less those that perhaps are faster ones; None where there are none."""
-        return without_mirrored(self.found.fit, self.mirrored)
+        """The modes less those that perhaps are faster ones, with all that makes them unsure.
+
+        A damping ratio that cannot be identified has an infinite sigma. None where there are no modes.
+        """
+        fit = self.found.fit
+        if fit is None:
+            return None
+        sigma = all_together(fit, self.scatter, self.methods)
+        known = fit.lines_per_bandwidth >= self.needed_lines
+        zeta_std = np.where(known, sigma.zeta_std, np.inf)
+        return without_mirrored(replace(fit, f_std_hz=sigma.f_std_hz, zeta_std=zeta_std), self.mirrored)
+
+    @property
+    def needed_lines(self) -> float:
+        """Lines per bandwidth from which a damping can be identified."""
+        return WINDOWED_LINES if self.is_windowed else NEEDED_LINES
 
     @property
     def is_windowed(self) -> bool:

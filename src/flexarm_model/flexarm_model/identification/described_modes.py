@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from flexarm_model.reading.config import read_content
 from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
+PART_OF = {"bodies": 1, "joints": 3}  # levels below which a body, or an axis of a joint, is described
 
 
 def described_modes(path: Path, preset: str, motors_locked: bool, arm: DescribedArm | None = None) -> Serve:
@@ -43,14 +44,17 @@ def read_unknown(path: Path, preset: str, dotted: str, spread: float) -> Unknown
     Raises:
         ConfigError: There is no such value, or it is no number.
     """
-    value: Any = read_content(path, preset)
-    for part in dotted.split("."):
+    content = read_content(path, preset)
+    levels, value, part = dotted.split("."), content, ""
+    for depth, level in enumerate(levels):
         try:
-            value = value[int(part) if isinstance(value, list) else part]
+            value = value[int(level) if isinstance(value, list) else level]
         except (KeyError, IndexError, ValueError, TypeError):
-            raise ConfigError(f"{path}: '{dotted}': no such value; '{part}' is not there") from None
+            raise ConfigError(f"{path}: '{dotted}': no such value; '{level}' is not there") from None
+        if depth == PART_OF.get(levels[0], -1):
+            part = json.dumps(value, sort_keys=True, default=str)
     number, _, unit = str(value).strip().partition(" ")
     try:
-        return Unknown(dotted, float(number), unit.strip(), spread)
+        return Unknown(dotted, float(number), unit.strip(), spread, part)
     except ValueError:
         raise ConfigError(f"{path}: '{dotted}': {value!r} is not a number with a unit") from None

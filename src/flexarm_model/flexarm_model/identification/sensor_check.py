@@ -13,8 +13,8 @@ turned about is flipped.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ HEARD = 3.0  # sigmas of noise that the prediction must have to be judged at all
 DEAD = 0.1  # share of the predicted answer in a channel that is dead
 STILL = 0.3  # share of its size that such a channel moves in any other way, beyond its noise
 ALIKE = 0.5  # likeness from which a channel does what the model says
+SURE = 0.9  # likeness from which a channel is itself, whoever else speaks as it
 BETTER = 0.2  # by which another channel's prediction must be more alike to call it swapped
 UNIT = 3.0  # factor from which the size is wrong
 NOISY = 3.0  # factor on the described noise
@@ -139,7 +140,30 @@ def check_channels(channels: Sequence[CheckedChannel], pushes: Pushes) -> tuple[
                 float(likeness[c, c]) if is_judged else np.nan, gain if is_judged else np.nan, verdict, words,
             )
         )  # fmt: skip
-    return tuple(found)
+    return tuple(_with_partners(found, channels, likeness))
+
+
+def _with_partners(
+    found: Sequence[Finding], channels: Sequence[CheckedChannel], likeness: Array
+) -> Iterator[Finding]:
+    """Yield the findings, with channels in doubt for which another one speaks: a swap takes two."""
+    for c, finding in enumerate(found):
+        spoken_for = [
+            other.name
+            for j, other in enumerate(found)
+            if other.verdict == "swapped" and _rival(j, channels, likeness) == c
+        ]
+        if spoken_for and not finding.is_refused and not finding.likeness > SURE:
+            words = f"{spoken_for[0]} speaks for it (own likeness {finding.likeness:+.2f})"
+            yield replace(finding, verdict="swapped", words=words)
+        else:
+            yield finding
+
+
+def _rival(c: int, channels: Sequence[CheckedChannel], likeness: Array) -> int:
+    """Return the other channel of its unit that a channel resembles most."""
+    rivals = [j for j, other in enumerate(channels) if other.unit == channels[c].unit and j != c]
+    return max(rivals, key=lambda j: abs(likeness[c, j]), default=c)
 
 
 def noise_floor(y: Array) -> float:

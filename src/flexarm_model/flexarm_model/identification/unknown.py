@@ -20,13 +20,15 @@ class Unknown:
         number: Its value there, in its own unit.
         unit: That unit; empty for a plain number.
         spread: One sigma of its relative error before the measurement [1].
-        equals: Paths of the same number in equal parts of the arm, which changes with it.
+        part: What the part of the arm that holds it is, as text; equal for equal parts.
+        equals: Paths of the same number in equal parts, which changes with it.
     """
 
     path: str
     number: float
     unit: str
     spread: float
+    part: str = ""
     equals: tuple[str, ...] = ()
 
     @property

@@ -163,5 +163,5 @@ class Compressed:
     def _evaluate(self, p: Array) -> Array:
         if not np.array_equal(p, self._at):
             both = np.column_stack([self._problem.jacobian(p), self._problem.residual(p)])
-            self._at, self._triangle = p.copy(), np.linalg.qr(both, mode="r")
+            self._at, self._triangle = p.copy(), np.asarray(np.linalg.qr(both, mode="r"))
         return self._triangle
