@@ -71,11 +71,10 @@ Array = NDArray[np.float64]
 
 def run(args: argparse.Namespace) -> int:
     """Read, identify, report; return the exit code."""
-    averaging = Averaging(args.resolution, args.window or "", args.estimator)
+    averaging, progress = Averaging(args.resolution, args.window or "", args.estimator), Progress()
     try:
         refuse_idle_options(args)
         if args.joints:
-            progress = Progress()
             page = joints_page(args, progress.say)
             progress.done()
             return publish(_told(page, args), args)
@@ -93,7 +92,8 @@ def run(args: argparse.Namespace) -> int:
             band, args.coherence, args.manipulator or "", args.preset, args.motors == "locked",
             known_outputs(source.responses.outputs, ignored, among), tuple(args.pose),
         )  # fmt: skip
-        result = identify(source, request)
+        result = identify(source, request, progress.say)
+        progress.done()
         others = [read_pose(text, args.kind, averaging, request) for text in args.also]
         halves = judge_halves(source, request, averaging)
         page = with_halves(build_page(args.files, result, items), halves)

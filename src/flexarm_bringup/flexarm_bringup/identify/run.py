@@ -16,16 +16,15 @@ from numpy.typing import NDArray
 from flexarm_bringup.identify.heard_outputs import band_of, deaf_outputs, sizes_of
 from flexarm_bringup.identify.measurement import Responses
 from flexarm_bringup.identify.mirrored import Mirrored, Sampled, mirrored_modes, without_mirrored
+from flexarm_bringup.identify.simpler_methods import by_one_input, half_power_beside
 from flexarm_bringup.identify.sources import Source
-from flexarm_model.identification.automatic import Identified, identify_modes, orders_for
+from flexarm_model.identification.automatic import Identified, identify_modes
 from flexarm_model.identification.bootstrap import Scatter, bootstrap
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.held_modes import Unsure, all_together, held_modes
-from flexarm_model.identification.lscf import poles_of_orders
-from flexarm_model.identification.stabilisation import lasting
 from flexarm_model.modal.fit import FitOptions, PoleFit
-from flexarm_model.modal.frf import KINDS, Frf
-from flexarm_model.modal.half_power import HalfPower, half_power
+from flexarm_model.modal.frf import Frf
+from flexarm_model.modal.half_power import HalfPower
 from flexarm_model.modal.partial_fractions import REMAINDERS
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -143,8 +142,13 @@ class _Recipe:
         return scaled.transposed() if matrix.H.shape[1] < matrix.H.shape[2] else scaled
 
 
-def identify(source: Source, request: Request) -> Result:
+def identify(source: Source, request: Request, say: Callable[[str], None] = lambda text: None) -> Result:
     """Return the modes of a source.
+
+    Args:
+        source: What was measured.
+        request: What was asked.
+        say: Is told what is being done.
 
     Raises:
         ValueError: Responses are missing, the band holds too few lines, or there is no such arm or pose.
@@ -165,15 +169,16 @@ def identify(source: Source, request: Request) -> Result:
     if fitted.H.shape[2] > MOST_INPUTS:
         raise ValueError(f"{fitted.H.shape[2]} references; at most {MOST_INPUTS} can be fitted at once")
     options = FitOptions(weight=weight, remainders=MIXED if responses.kinds else REMAINDERS)
-    found = identify_modes(fitted, weight, options.remainders, source.lobe_lines)
+    found = identify_modes(fitted, weight, options.remainders, source.lobe_lines, say)
+    say("scatter: the fit by other methods, and over blocks drawn again")
     held = held_modes(fitted, found, options, source.lobe_lines, _drawing(source, recipe, fitted, options))
     fit = held.found.fit
     frequencies = tuple(map(float, fit.model.f_hz)) if fit else ()
     return Result(
         source, responses, frf, is_reciprocal, weight, _in_units(held.found, recipe.size, is_reciprocal),
         held.scatter, held.methods,
-        tuple(_half_power(responses, frf, f_hz) for f_hz in frequencies),
-        _single(fitted, weight), model_hz, deaf, (low, high), request.coherence, held.unsure,
+        tuple(half_power_beside(responses, frf, f_hz) for f_hz in frequencies),
+        by_one_input(fitted, weight), model_hz, deaf, (low, high), request.coherence, held.unsure,
         _mirrored(fit, source.rate_hz, request, () if is_reciprocal else responses.outputs),
     )  # fmt: skip
 
@@ -207,25 +212,6 @@ def _in_units(found: Identified, size: Array, is_reciprocal: bool) -> Identified
     factor = size[None, :] if is_reciprocal else size[:, None]
     scaled = replace(model, residues=model.residues * factor, remainders=model.remainders * factor)
     return replace(found, fit=replace(found.fit, model=scaled))
-
-
-def _half_power(responses: Responses, frf: Frf, f_hz: float) -> HalfPower | None:
-    """Return what half power reads from the response that stands out most at a frequency."""
-    line = int(abs(frf.f_hz - f_hz).argmin())
-    usual = np.median(abs(frf.H), axis=0)
-    o, i = np.unravel_index((abs(frf.H[line]) / np.maximum(usual, 1e-300)).argmax(), frf.H.shape[1:])
-    power = KINDS[responses.kinds.get(responses.outputs[int(o)], responses.kind)]
-    receptance = abs(frf.H[:, o, i]) / abs(frf.s) ** power
-    try:
-        return half_power(frf.f_hz, receptance, f_hz)
-    except ValueError:
-        return None
-
-
-def _single(frf: Frf, weight: Array) -> tuple[float, ...]:
-    one = Frf(frf.f_hz, frf.H[:, :, :1], frf.kind)
-    chart = poles_of_orders(one, orders_for(one), weight)
-    return tuple(float(abs(track.pole)) / (2 * np.pi) for track in lasting(chart))
 
 
 def _model(request: Request) -> tuple[float, ...]:

@@ -8,6 +8,7 @@ that stands out of the noise by less than chance does.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,6 +52,7 @@ def identify_modes(
     weight: Array | None = None,
     remainders: tuple[int, ...] = REMAINDERS,
     lobe_lines: float = 0.0,
+    say: Callable[[str], None] = lambda text: None,
 ) -> Identified:
     """Return the modes in the band of ``frf``.
 
@@ -60,6 +62,7 @@ def identify_modes(
         remainders: Powers of j w for the modes out of band.
         lobe_lines: Width of the main lobe of the window behind which the responses were measured [lines]; 0
             for none.
+        say: Is told how many poles are being fitted: with many inputs and outputs that takes its time.
 
     Raises:
         ValueError: The lines are not evenly spaced or too few.
@@ -70,7 +73,7 @@ def identify_modes(
     start = Identified(None, chart, chosen, ())
     poles = np.array([track.pole for track in chosen])
     participation = np.array([track.participation for track in chosen]).reshape(len(chosen), frf.H.shape[2])
-    return _refined(frf, start, (poles, participation), options, lobe_lines)
+    return _refined(frf, start, (poles, participation), options, lobe_lines, say)
 
 
 def without_mode(
@@ -92,11 +95,17 @@ def without_mode(
 
 
 def _refined(
-    frf: Frf, found: Identified, start: tuple[Complex, Complex], options: FitOptions, lobe_lines: float
+    frf: Frf,
+    found: Identified,
+    start: tuple[Complex, Complex],
+    options: FitOptions,
+    lobe_lines: float,
+    say: Callable[[str], None] = lambda text: None,
 ) -> Identified:
     """Return the modes that the data hold, from poles (r,) and participations (r, n_in)."""
     (poles, participation), dropped = start, list(found.dropped_hz)
     while poles.size:
+        say(f"fitting modes: {poles.size} poles, {frf.H.shape[1]} x {frf.H.shape[2]} responses")
         fit = fit_poles(frf, poles, participation, options)
         doubt = _doubt(fit, frf, options.weight)
         doubt[doubles(fit, driven(fit), float(frf.f_hz[1] - frf.f_hz[0]), lobe_lines)] = np.inf
