@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
 from collections import Counter
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.late_cycles import LateCycles
+from flexarm_bringup.processes.standstill import Standstill
+from flexarm_bringup.processes.supervisor import Ending
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
+from flexarm_bringup.soak.killed import Killed
 from flexarm_bringup.soak.memory import Life, MemoryLog, resident_mb
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import VICTIMS, Script, move, random_fault, random_goal
@@ -161,3 +167,51 @@ def test_the_worst_moments_are_kept_each_but_once_and_with_what_was_going_on() -
     assert all(each.error == pytest.approx(1.49e-3 * (20 - k)) for k, each in enumerate(kept))
     worst.note(Moment(2000.5, 1.0, "stopped", False, "lost", "fault 20"))
     assert worst.worst[:-1] == kept and not worst.worst[-1].is_usable
+
+
+def test_late_cycles_of_a_guard_that_starts_again_add_to_those_before() -> None:
+    cycles = LateCycles()
+    for now, (late, ticks) in enumerate(
+        [(0, 10), (3, 200), (10, 400), (50, 600), (0, 5), (0, 100), (2, 300)]
+    ):
+        cycles.note(float(now), late, ticks)
+    assert cycles.total == 52 and cycles.cycles == 590 + 295
+    assert cycles.during([Standstill(5.5, 5.6)]) == 2  # of the new guard
+    assert cycles.during([Standstill(3.5, 3.6)]) == 0  # it came back without any
+    cycles.begin()
+    assert cycles.total == cycles.cycles == 0
+
+
+def test_a_new_guard_with_more_late_cycles_than_the_old_one_is_known_by_its_ticks() -> None:
+    cycles = LateCycles()
+    for now, (late, ticks) in enumerate([(0, 100), (1, 200), (4, 20), (6, 40)]):
+        cycles.note(float(now), late, ticks)
+    assert cycles.total == 3
+
+
+def test_who_is_killed_on_purpose_has_not_ended_by_itself_and_everybody_else_has() -> None:
+    rows, killed = {row.name: row for row in rig_graph("single_link", "geared")}, Killed()
+    child = subprocess.Popen(["sleep", "60"])
+    killed.kill("estimator", child.pid)
+    assert child.wait() == -signal.SIGKILL
+    killed.note(Ending(rows["estimator"], -signal.SIGKILL, "", True))
+    assert not killed.own_ends
+    for name, code in (("estimator", -9), ("guard", -9), ("guard", -9), ("model", -11)):
+        killed.note(Ending(rows[name], code, "", True))
+    assert killed.own_ends == {"estimator with -9": 1, "guard with -9": 2, "model with -11": 1}
+
+
+def test_a_process_that_crashes_before_it_could_be_killed_has_ended_by_itself() -> None:
+    killed, child = Killed(), subprocess.Popen(["sleep", "60"])
+    killed.kill("model", child.pid)
+    child.wait()
+    (row,) = (row for row in rig_graph("single_link", "geared") if row.name == "model")
+    killed.note(Ending(row, -signal.SIGSEGV, "", True))
+    assert killed.own_ends == {"model with -11": 1}
+
+
+def test_an_end_that_nobody_meant_is_a_missed_bound_that_names_process_and_exit_code() -> None:
+    found = outcome(own_ends={"guard with -9": 2, "estimator with -11": 1})
+    assert missed(found) == ["ended by itself"]
+    (told,) = (check.found for check in found.checks() if check.name == "ended by itself")
+    assert told == "guard with -9, 2 times; estimator with -11"

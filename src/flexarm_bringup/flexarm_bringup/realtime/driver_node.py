@@ -75,7 +75,7 @@ class Driver(Node):
     def on_guard(self, msg: GuardStatus) -> None:
         """Keep the newest status of the guard."""
         self._guard = msg
-        self._late.note(time.monotonic(), msg.late_ticks)
+        self._late.note(time.monotonic(), msg.late_ticks, msg.ticks)
 
     def on_status(self, msg: ControllerStatus) -> None:
         """Count an answer of the controller, or keep what it says of the reference."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -37,6 +37,7 @@ class Outcome:
         tip_errors: Estimate from truth, by what went on; samples [m].
         errors: Subjects of /diagnostics that became an error, and how often.
         failure: Why it ended early; empty when it did not.
+        own_ends: Processes that nobody killed and that ended, with exit code, and how often.
         witnesses: Of standstills of the machine itself; None without.
         worst: Moments in which the estimate was farthest from the truth.
     """
@@ -52,6 +53,7 @@ class Outcome:
     tip_errors: Mapping[str, Sequence[float]]
     errors: Mapping[str, int]
     failure: str = ""
+    own_ends: Mapping[str, int] = field(default_factory=dict)
     witnesses: Witnesses | None = None
     worst: Sequence[Moment] = ()
 
@@ -75,6 +77,7 @@ class Outcome:
             *checks,
             *late_checks(self.late, self.cycles, self.witnesses),
             Check("moves done", "at least one", str(moves), moves > 0),
+            Check("ended by itself", "none", _ends(self.own_ends), not self.own_ends),
             Check("it came to its end", "yes", self.failure or "yes", not self.failure),
         ]
 
@@ -150,6 +153,11 @@ class Outcome:
 
 def _most(values: Sequence[float]) -> str:
     return f"{max(values):.2f} MB" if values else "no life long enough to tell"
+
+
+def _ends(ends: Mapping[str, int]) -> str:
+    named = (f"{name}, {count} times" if count > 1 else name for name, count in ends.items())
+    return "; ".join(named) or "none"
 
 
 def _counted(title: str, counts: Mapping[str, int]) -> Table:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import time
 from collections import Counter, defaultdict
 from collections.abc import Callable
@@ -17,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.standstill import Witnesses
 from flexarm_bringup.processes.supervisor import Supervisor
+from flexarm_bringup.soak.killed import Killed
 from flexarm_bringup.soak.memory import MemoryLog
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import Script, move, random_fault, random_goal
@@ -81,6 +81,7 @@ class _Run:
         self._job, self._node, self._supervisor, self._say = job, node, supervisor, say
         self._script = Script(job.seed, job.fault_every, job.kill_every)
         self._memory, self._counts = MemoryLog(), Counter[str]()
+        self._killed = Killed()
         self._tip_errors: defaultdict[str, list[float]] = defaultdict(list)
         self._worst, self._fault = WorstMoments(), "none yet"
         self._end_ns = -1  # of the move, and of the rest after it
@@ -91,7 +92,7 @@ class _Run:
     def outcome(self) -> Outcome:
         """Do everything and return what it has shown."""
         if self._wait_until_ready():
-            self._node.begin_counting()
+            self._node.late.begin()  # who starts is late
             self._began = time.monotonic()
             while self._t < self._job.seconds and not self._failure:
                 self._node.spin(STEP)
@@ -102,13 +103,14 @@ class _Run:
             self._t,
             self._job.warm_up,
             self._memory.lives,
-            self._node.cycles,
+            self._node.late.cycles,
             self._node.late,
             dict(self._counts),
             dict(self._node.stops),
             self._tip_errors,
             dict(self._node.errors),
             self._failure,
+            own_ends=dict(self._killed.own_ends),
             worst=self._worst.worst,
         )
 
@@ -172,7 +174,7 @@ class _Run:
             self._counts["faults of sensors"] += 1
         elif is_ready:
             victim = self._script.victim()
-            os.kill(self._supervisor.pids[victim], signal.SIGKILL)
+            self._killed.kill(victim, self._supervisor.pids[victim])
             self._counts[f"{victim} killed"] += 1
 
     def _move_on(self) -> None:
@@ -195,6 +197,7 @@ class _Run:
             self._supervisor.provide()
         for ending in self._supervisor.tend():
             self._node.on_ending(ending.process.name)
+            self._killed.note(ending)
             if not ending.returns:
                 self._failure = str(ending)
 

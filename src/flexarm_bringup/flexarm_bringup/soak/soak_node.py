@@ -56,7 +56,7 @@ class SoakNode(Node):  # type: ignore[misc]
     Attributes:
         ready: Whether each node is ready, by name.
         guard: Newest status.
-        late: Its late cycles.
+        late: Its cycles, and those that were late.
         stops: Why it stopped, and how often.
         errors: Subjects of /diagnostics that became an error.
         answer: Newest word of the controller about a reference.
@@ -71,7 +71,6 @@ class SoakNode(Node):  # type: ignore[misc]
         self.stops: Counter[str] = Counter()
         self.errors: Counter[str] = Counter()
         self.answer = ""
-        self._first: GuardStatus | None = None
         self._bad: set[str] = set()
         self._arrivals = {topic: Arrivals(topic, True) for topic in STREAMS}
         self._executor = events_executor()
@@ -89,11 +88,6 @@ class SoakNode(Node):  # type: ignore[misc]
         return bool(self.guard.mode == GuardStatus.ARMED)
 
     @property
-    def cycles(self) -> int:
-        """Periods of the guard since it was first heard."""
-        return int(self.guard.ticks - (self._first or self.guard).ticks)
-
-    @property
     def now_ns(self) -> int:
         """Newest stamp of the estimate [ns]; -1 before the first."""
         return max(self._arrivals["modal_state"].stamps(), default=-1)
@@ -103,11 +97,6 @@ class SoakNode(Node):  # type: ignore[misc]
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0.0:
             spin_once(self._executor, left)
-
-    def begin_counting(self) -> None:
-        """Count guard cycles from now on: who starts is late."""
-        self._first = self.guard
-        self.late.begin()
 
     def pose(self) -> Array | None:
         """Return the actuated axes of a usable estimate, (n_theta,); None without one."""
@@ -160,7 +149,7 @@ class SoakNode(Node):  # type: ignore[misc]
         if self.is_armed and msg.mode != GuardStatus.ARMED:
             self.stops[msg.reason.split(":")[0]] += 1
         self.guard = msg
-        self.late.note(time.monotonic(), msg.late_ticks)
+        self.late.note(time.monotonic(), msg.late_ticks, msg.ticks)
 
     def _on_status(self, msg: ControllerStatus) -> None:
         if msg.reason.startswith("reference"):
