@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
@@ -20,6 +19,7 @@ from flexarm_bringup.soak.killed import Killed
 from flexarm_bringup.soak.memory import MemoryLog
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import Script, move, random_fault, random_goal
+from flexarm_bringup.soak.sent_move import SentMove, is_refused
 from flexarm_bringup.soak.soak_node import SoakNode, start_of
 from flexarm_bringup.soak.worst import Moment, WorstMoments
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -28,7 +28,7 @@ PATIENCE = 120.0  # s until everything is ready for the first time, and after ev
 STEP = 0.02  # s between two looks
 MEMORY_PERIOD = 1.0  # s
 ARM_PERIOD = 0.5  # s between two attempts
-LEAD, REST = 2.0, 0.8  # s before a move, for the models on its way, and after it
+LEAD = 2.0  # s before a move, for the models on its way
 
 
 @dataclass(frozen=True)
@@ -84,8 +84,7 @@ class _Run:
         self._killed = Killed()
         self._tip_errors: defaultdict[str, list[float]] = defaultdict(list)
         self._worst, self._fault = WorstMoments(), "none yet"
-        self._end_ns = -1  # of the move, and of the rest after it
-        self._goal: np.ndarray | None = None
+        self._sent: SentMove | None = None
         self._began = self._looked = self._asked = self._ready_at = time.monotonic()
         self._failure = ""
 
@@ -138,8 +137,7 @@ class _Run:
         self._tend()
         look = self._node.tip()
         if look is not None:
-            is_moving = self._node.now_ns < self._end_ns
-            doing = "stopped" if not self._node.is_armed else "moving" if is_moving else "standing"
+            doing = self._doing(look.stamp_ns)
             self._tip_errors[doing if look.is_usable else f"{doing}, state not to be used"].append(look.error)
             self._worst.note(Moment(self._t, look.error, doing, look.is_usable, look.said, self._fault))
         now = time.monotonic()
@@ -147,6 +145,12 @@ class _Run:
             self._looked = now
             self._memory.look(self._t, self._supervisor.pids)
             self._tell()
+
+    def _doing(self, stamp_ns: int) -> str:
+        if not self._node.is_armed:
+            return "stopped"
+        is_moving = self._sent is not None and self._sent.moves(stamp_ns, self._node.answer)
+        return "moving" if is_moving else "standing"
 
     def _act(self) -> None:
         """Let happen what is due; arm and move when that is possible."""
@@ -157,10 +161,10 @@ class _Run:
             self._ready_at = now
         elif now - self._ready_at > PATIENCE:
             self._failure = f"{self._waiting} did not come back in {PATIENCE:g} s"
-        if self._node.is_armed and self._node.now_ns >= self._end_ns:
+        if self._node.is_armed and (self._sent is None or self._sent.is_over(self._node.now_ns)):
             self._move_on()
         elif not self._node.is_armed:
-            self._goal, self._end_ns = None, -1
+            self._sent = None
             if is_ready and now - self._asked > ARM_PERIOD:
                 self._asked = now
                 self._node.try_to_arm()
@@ -180,17 +184,17 @@ class _Run:
     def _move_on(self) -> None:
         """Count the move that has ended and send the next."""
         node, rng, config = self._node, self._script.rng, self._job.config
-        if self._end_ns > 0:
-            done = "moves refused" if node.answer.startswith("reference refused") else "moves done"
-            self._counts[done] += 1
-        start = node.pose() if self._goal is None else self._goal
+        was_refused = is_refused(node.answer)
+        if self._sent is not None:
+            self._counts["moves refused" if was_refused else "moves done"] += 1
+        start = node.pose() if self._sent is None or was_refused else self._sent.goal
+        self._sent = None
         if start is None:
             return
         reference = move(rng, start, random_goal(rng, config), config)
         zero_ns = start_of(node, LEAD)
         node.send(reference, tuple(config.actuated), zero_ns)
-        self._goal = reference.theta[-1]
-        self._end_ns = zero_ns + round(1e9 * (float(reference.t[-1]) + REST))
+        self._sent = SentMove.of(reference, zero_ns)
 
     def _tend(self) -> None:
         if not self._waiting:

@@ -43,8 +43,9 @@ STREAMS = {"modal_state": ModalState, "end_effector": Odometry, "truth": Truth}
 
 
 class TipLook(NamedTuple):
-    """Error of the tip [m], whether the state may be used, and what the estimator says of it."""
+    """Stamp [ns], error of the tip [m], whether the state may be used, and what the estimator says of it."""
 
+    stamp_ns: int
     error: float
     is_usable: bool
     said: str
@@ -117,8 +118,8 @@ class SoakNode(Node):  # type: ignore[misc]
             deserialize_message(truths.at(stamp) or b"", Truth),
         )
         state, error = deserialize_message(raw, ModalState), tip_of(pair[0], pair, np.nan).error
-        said = f"{state.age:.2f} s old: {state.reason or 'ok'}"
-        return TipLook(float(error), state.status in USABLE, said) if np.isfinite(error) else None
+        said = f"{state.age:.2f} s after its start: {state.reason or 'ok'}"
+        return TipLook(stamp, float(error), state.status in USABLE, said) if np.isfinite(error) else None
 
     def try_to_arm(self) -> None:
         """Ask the guard, unless an answer is still to come."""
