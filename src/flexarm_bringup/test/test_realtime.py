@@ -28,7 +28,7 @@ def late(*told):
 
 def figures(counts=GOOD, stop="", cycles=None, witnesses=None):
     steps, cycles = [1e-4, 2e-4, 3e-4], cycles or late()
-    return Figures(5.0, counts, {"mpc": counts.answers}, steps, cycles, stop, witnesses)
+    return Figures(10.0, 5.0, counts, {"mpc": counts.answers}, steps, cycles, stop, witnesses)
 
 
 def missed(found):
@@ -112,6 +112,15 @@ def test_what_witnesses_saw_is_told_where_they_could_watch():
     assert witnesses.seen == "the machine itself stood still: 2 times, for 50 ms at most"
     witnesses.are_heard = False
     assert not witnesses.seen
+
+
+def test_standstills_before_and_after_the_watch_are_not_told_as_its_own():
+    witnesses = Witnesses()
+    start_up, end = [Standstill(2.0, 2.5), Standstill(9.0, 9.99)], [Standstill(15.1, 15.4)]
+    witnesses.standstills = [*start_up, Standstill(9.998, 10.001), Standstill(12.0, 12.004), *end]
+    told = dict(figures(witnesses=witnesses).rows())
+    assert told["standstills of a core of more than 2 ms"] == 2
+    assert told["longest standstill of a core [ms]"] == pytest.approx(4.0)
 
 
 def test_cycles_that_nobody_told_of_and_a_stop_are_missed_bounds():

@@ -13,7 +13,7 @@ import pytest
 
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.late_cycles import LateCycles
-from flexarm_bringup.processes.standstill import Standstill
+from flexarm_bringup.processes.standstill import Standstill, Witnesses
 from flexarm_bringup.processes.supervisor import Ending
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_bringup.soak.killed import Killed
@@ -38,6 +38,7 @@ def life(per_minute: float, seconds: float = 600.0, name: str = "rig") -> Life:
 def outcome(**changes: object) -> Outcome:
     good = Outcome(
         "arm",
+        0.0,
         600.0,
         WARM_UP,
         [life(0.0)],
@@ -215,3 +216,12 @@ def test_an_end_that_nobody_meant_is_a_missed_bound_that_names_process_and_exit_
     assert missed(found) == ["ended by itself"]
     (told,) = (check.found for check in found.checks() if check.name == "ended by itself")
     assert told == "guard with -9, 2 times; estimator with -11"
+
+
+def test_the_page_tells_standstills_of_the_soak_and_not_of_the_start_of_its_nodes() -> None:
+    witnesses = Witnesses()
+    witnesses.standstills = [Standstill(90.0, 90.5), Standstill(200.0, 200.003), Standstill(701.0, 701.1)]
+    tables = {table.title: table for table in outcome(began=100.0, witnesses=witnesses).page().items[:-1]}
+    told = dict(tables["the machine itself"].rows)
+    assert told["standstills of a core of more than 2 ms"] == 1
+    assert told["longest standstill of a core [ms]"] == pytest.approx(3.0)

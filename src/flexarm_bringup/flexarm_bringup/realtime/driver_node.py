@@ -108,7 +108,7 @@ class Driver(Node):
         stop = failed() or ("" if self._guard.mode == GuardStatus.ARMED else self._guard.reason)
         counts = self._counts().since(start)
         return Figures(
-            time.monotonic() - began, counts, dict(self._modes), tuple(self._steps), self._late, stop
+            began, time.monotonic() - began, counts, dict(self._modes), tuple(self._steps), self._late, stop
         )
 
     def _begin(self, reference: Reference, failed: Callable[[], str]) -> None:

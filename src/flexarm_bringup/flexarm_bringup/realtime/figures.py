@@ -43,7 +43,8 @@ class Figures:
     """A finished run.
 
     Attributes:
-        seconds: How long it was watched [s].
+        began: When the watch began [s], of the steady clock.
+        seconds: How long it lasted [s].
         counts: In that time.
         modes: Answers that the controller told, by mode.
         steps: CPU time of their controller steps [s].
@@ -52,6 +53,7 @@ class Figures:
         witnesses: Of standstills of the machine itself; None without.
     """
 
+    began: float
     seconds: float
     counts: Counts
     modes: Mapping[str, int]
@@ -71,7 +73,7 @@ class Figures:
             ("control periods not answered", float(self.counts.missed)),
             ("controller step, CPU time, median [us]", 1e6 * float(np.median(steps))),
             ("controller step, CPU time, 99th percentile [us]", 1e6 * float(np.percentile(steps, 99))),
-            *standstill_rows(self.witnesses),
+            *standstill_rows(self.witnesses, self.began, self.seconds),
         ]
 
     def checks(self) -> list[Check]:

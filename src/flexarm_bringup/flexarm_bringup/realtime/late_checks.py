@@ -13,7 +13,7 @@ def late_checks(late: LateCycles, cycles: int, witnesses: Witnesses | None) -> l
     Args:
         late: Late cycles.
         cycles: All [1].
-        witnesses: Of the same time; None where there were none.
+        witnesses: Of that time and the moments before it; None where there were none.
     """
     is_good = cycles > 0 and not late.total
     checks = [Check("guard cycles that were late", "none", f"{late.total} of {cycles}", is_good)]
@@ -25,12 +25,19 @@ def late_checks(late: LateCycles, cycles: int, witnesses: Witnesses | None) -> l
     return checks
 
 
-def standstill_rows(witnesses: Witnesses | None) -> list[tuple[str, float]]:
-    """Return what the witnesses have seen, to be printed beside the checks."""
+def standstill_rows(witnesses: Witnesses | None, began: float, seconds: float) -> list[tuple[str, float]]:
+    """Return what the witnesses have seen of the time watched, to be printed beside the checks.
+
+    Args:
+        witnesses: They saw the start of the nodes and their end, too; None where there were none.
+        began: When the watch began [s], of the steady clock.
+        seconds: How long it lasted [s].
+    """
     if witnesses is None or not witnesses.are_heard:
         return []
-    longest = max((each.seconds for each in witnesses.standstills), default=0.0)
+    seen = [each for each in witnesses.standstills if each.end > began and each.start < began + seconds]
+    longest = max((each.seconds for each in seen), default=0.0)
     return [
-        ("standstills of a core of more than 2 ms", float(len(witnesses.standstills))),
+        ("standstills of a core of more than 2 ms", float(len(seen))),
         ("longest standstill of a core [ms]", 1e3 * longest),
     ]

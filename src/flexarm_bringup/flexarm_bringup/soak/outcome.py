@@ -27,6 +27,7 @@ class Outcome:
 
     Attributes:
         name: Manipulator and preset.
+        began: When it began [s], of the steady clock: all were ready.
         seconds: How long it lasted [s].
         warm_up: After the start of a process its memory is not judged so long [s].
         lives: Memory of every process.
@@ -43,6 +44,7 @@ class Outcome:
     """
 
     name: str
+    began: float
     seconds: float
     warm_up: float
     lives: Sequence[Life]
@@ -94,7 +96,7 @@ class Outcome:
             Table(
                 "the machine itself",
                 [Column("what"), Column("value", ".1f")],
-                [[name, value] for name, value in standstill_rows(self.witnesses)],
+                [[name, value] for name, value in standstill_rows(self.witnesses, self.began, self.seconds)],
             ),
         ]
         items += [

@@ -99,6 +99,7 @@ class _Run:
                 self._act()
         return Outcome(
             f"{self._job.config.name} {self._job.config.preset}".strip(),
+            self._began,
             self._t,
             self._job.warm_up,
             self._memory.lives,
