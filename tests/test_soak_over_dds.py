@@ -20,7 +20,7 @@ TRIES = 3  # a loaded machine may need longer to bring a killed node back than t
 def soaked(folder: Path) -> dict[str, dict[str, float]]:
     """Return the tables of a short soak, first column to last, by title."""
     command = [
-        sys.executable, "-m", "flexarm_bringup.cli", "soak", "--minutes", "0.35", "--warm-up", "1",
+        sys.executable, "-m", "flexarm_bringup.cli", "soak", "--minutes", "0.4", "--warm-up", "1",
         "--fault-every", "2", "--kill-every", "9", "--json", str(folder / "soak.json"), "--log", str(folder),
     ]  # fmt: skip
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)

@@ -212,6 +212,7 @@ def test_a_wrong_option_ends_with_two_and_its_name(
         "monitor no_such_arm",
         "realtime --preset no_such_preset",
         "soak no_such_arm",
+        "soak --minutes 1",
         "bench --folder {0}",
     ],
 )

@@ -16,13 +16,15 @@ from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.processes.standstill import Standstill, Witnesses
 from flexarm_bringup.processes.supervisor import Ending
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
+from flexarm_bringup.soak.command import check_length
 from flexarm_bringup.soak.killed import Killed
-from flexarm_bringup.soak.memory import Life, MemoryLog, resident_mb
+from flexarm_bringup.soak.memory import PERIOD, Life, MemoryLog, resident_mb, shortest
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import VICTIMS, Script, move, random_fault, random_goal
 from flexarm_bringup.soak.worst import KEPT, Moment, WorstMoments
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError
 
 SINGLE, LEGS = (load_config(find_manipulator(name)) for name in ("single_link", "planar_3rrr"))
 WARM_UP = 60.0
@@ -225,3 +227,14 @@ def test_the_page_tells_standstills_of_the_soak_and_not_of_the_start_of_its_node
     told = dict(tables["the machine itself"].rows)
     assert told["standstills of a core of more than 2 ms"] == 1
     assert told["longest standstill of a core [ms]"] == pytest.approx(3.0)
+
+
+def test_a_soak_in_which_no_memory_can_be_judged_is_refused_with_the_length_that_can() -> None:
+    with pytest.raises(ConfigError, match=r"--minutes 1: .*--warm-up 60, 1\.37 at least"):
+        check_length(1.0, WARM_UP)
+    check_length(1.37, WARM_UP)
+
+
+def test_the_shortest_soak_that_is_not_refused_tells_the_growth_of_a_process_that_lives_throughout() -> None:
+    looks = shortest(WARM_UP) - 2.0 * PERIOD  # both ends late by a whole period
+    assert life(0.0, looks + 1.0).growth(WARM_UP) is not None

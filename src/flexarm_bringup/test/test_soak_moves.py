@@ -1,13 +1,15 @@
-"""What a soak calls moving, and where its next move begins."""
+"""A soak on its way: what it calls moving, where its next move begins, and how it is interrupted."""
 
 from __future__ import annotations
 
+from collections import Counter
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.soak.script import move
 from flexarm_bringup.soak.sent_move import REST, SentMove
 from flexarm_model.reading.config import load_config
@@ -20,10 +22,15 @@ S = 1_000_000_000  # ns
 class Arm:
     """Stands in for the node of a soak: a usable pose, a clock, and what was sent."""
 
-    is_armed, ready, answer, now_ns = True, {"guard": True}, "", 10 * S
+    is_armed, answer, now_ns = True, "", 10 * S
 
     def __init__(self) -> None:
+        self.ready = {"guard": True}
+        self.late, self.stops, self.errors = LateCycles(), Counter[str](), Counter[str]()
         self.sent: list[Any] = []
+
+    def spin(self, seconds: float) -> None:
+        """Hear nothing."""
 
     def pose(self) -> np.ndarray:
         return np.array([0.125])
@@ -75,3 +82,15 @@ def test_a_move_is_counted_once_also_while_no_pose_is_known_for_the_next() -> No
     for _ in range(3):
         run._act()
     assert run._counts == {"moves refused": 1} and len(arm.sent) == 1
+
+
+def test_a_soak_that_is_interrupted_tells_what_it_has_measured_and_that_it_did_not_come_to_its_end() -> None:
+    arm, looks = Arm(), []
+    run = soak_of(arm)
+    run._look = lambda: looks.append(run._counts.update({"moves done": 1}))
+    found = run.outcome(lambda: len(looks) == 3)
+    assert found.counts["moves done"] == 3 and found.failure == "interrupted after 0 s"
+    arm.ready = {"guard": False}
+    run = soak_of(arm)
+    run._tend = lambda: None
+    assert run.outcome(lambda: True).failure == "interrupted while it waited for guard"

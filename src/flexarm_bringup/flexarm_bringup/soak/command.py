@@ -6,13 +6,15 @@
 
 Nodes run by the clock over DDS, as on a rig; a killed estimator, controller or model is started again, the
 guard stops the arm meanwhile and is armed again. At the end: memory of every process, late guard cycles,
-stops, moves, errors of the tip. Ends 1 when a process has grown by more than 10 MB after its warm-up or a
-guard cycle was late. Run it while the machine has nothing else to do.
+stops, moves, errors of the tip. Ends 1 when a process has grown by more than 10 MB after its warm-up or has
+ended by itself, or a guard cycle was late. Ctrl-C ends it early and tells what was measured until then.
+Run it while the machine has nothing else to do.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import sys
 import tempfile
@@ -23,8 +25,10 @@ from flexarm_bringup.arguments import add_seed, number, output_folder
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import add_report_arguments, publish
+from flexarm_bringup.processes.asked_to_end import noting_signals
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.progress import Progress
+from flexarm_bringup.soak.memory import shortest
 from flexarm_bringup.tasks.node_settings import arm_graph
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
@@ -60,16 +64,31 @@ def run(args: argparse.Namespace) -> int:
         graph, config = graph_of(args.manipulator, args.preset)
         domains = free_domains()
         own = {"ROS_DOMAIN_ID": str(next(domains)), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        check_length(args.minutes, args.warm_up)
         os.environ.update({**defaults(), **own})
         times = (60.0 * args.minutes, args.warm_up, args.seed, args.fault_every, args.kill_every)
-        with tempfile.TemporaryDirectory(prefix="flexarm_soak_") as folder:
-            outcome = soak(SoakJob(graph, config, *times), args.log or Path(folder) / "log", progress.say)
+        with noting_signals() as asked, tempfile.TemporaryDirectory(prefix="flexarm_soak_") as folder:
+            log = args.log or Path(folder) / "log"
+            outcome = soak(SoakJob(graph, config, *times), log, progress.say, asked)
     except ConfigError as error:
         print(f"flexarm soak: {error}", file=sys.stderr)
         return UNUSABLE
     finally:
         progress.done()
     return publish(resting_on(outcome.page(), config), args)
+
+
+def check_length(minutes: float, warm_up: float) -> None:
+    """Refuse a soak in which no process can live long enough for its memory to be judged.
+
+    Raises:
+        ConfigError: It is that short.
+    """
+    needed = shortest(warm_up)
+    if 60.0 * minutes < needed:
+        least = math.ceil(needed / 0.6) / 100.0
+        why = f"too short to judge memory: with --warm-up {warm_up:g}, {least:g} at least are needed"
+        raise ConfigError(f"--minutes {minutes:g}: {why}")
 
 
 def graph_of(manipulator: str, preset: str | None) -> tuple[tuple[Process, ...], ManipulatorConfig]:

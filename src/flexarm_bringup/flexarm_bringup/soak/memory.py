@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 MB = 1e6  # bytes
+PERIOD = 1.0  # s between two looks
 END = 10.0  # s at either end of a life that are averaged
 _PAGE = os.sysconf("SC_PAGE_SIZE")
 
@@ -49,6 +50,11 @@ class Life:
         t = np.array(self.t)
         warm = t >= t[0] + warm_up
         return float(60.0 * np.polyfit(t[warm], np.array(self.rss)[warm], 1)[0])
+
+
+def shortest(warm_up: float) -> float:
+    """Return how long a process must be looked at for its growth to be told [s]."""
+    return warm_up + 2.0 * END + 2.0 * PERIOD  # the first and the last look may be late by one each
 
 
 class MemoryLog:

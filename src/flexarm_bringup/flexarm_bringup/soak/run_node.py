@@ -16,7 +16,7 @@ from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.standstill import Witnesses
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.soak.killed import Killed
-from flexarm_bringup.soak.memory import MemoryLog
+from flexarm_bringup.soak.memory import PERIOD, MemoryLog
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import Script, move, random_fault, random_goal
 from flexarm_bringup.soak.sent_move import SentMove, is_refused
@@ -26,7 +26,6 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 
 PATIENCE = 120.0  # s until everything is ready for the first time, and after every kill
 STEP = 0.02  # s between two looks
-MEMORY_PERIOD = 1.0  # s
 ARM_PERIOD = 0.5  # s between two attempts
 LEAD = 2.0  # s before a move, for the models on its way
 
@@ -53,19 +52,20 @@ class SoakJob:
     kill_every: float
 
 
-def soak(job: SoakJob, log: Path, say: Callable[[str], None]) -> Outcome:
+def soak(job: SoakJob, log: Path, say: Callable[[str], None], asked_to_end: Callable[[], bool]) -> Outcome:
     """Run in the domain of this process's environment.
 
     Args:
         job: What to do.
         log: Folder of the log files.
         say: Told how far it is.
+        asked_to_end: Whether somebody wants it to end before its time.
     """
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C raises here
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # the caller notes Ctrl-C
     node = SoakNode([row.name for row in job.graph])
     try:
         with Witnesses() as witnesses, Supervisor(job.graph, log, os.environ) as supervisor:
-            outcome = _Run(job, node, supervisor, say).outcome()
+            outcome = _Run(job, node, supervisor, say).outcome(asked_to_end)
         return replace(outcome, witnesses=witnesses)
     finally:
         node.close()
@@ -88,15 +88,17 @@ class _Run:
         self._began = self._looked = self._asked = self._ready_at = time.monotonic()
         self._failure = ""
 
-    def outcome(self) -> Outcome:
-        """Do everything and return what it has shown."""
-        if self._wait_until_ready():
+    def outcome(self, asked_to_end: Callable[[], bool]) -> Outcome:
+        """Do everything, or all until somebody wants it to end, and return what it has shown."""
+        if self._wait_until_ready(asked_to_end):
             self._node.late.begin()  # who starts is late
             self._began = time.monotonic()
             while self._t < self._job.seconds and not self._failure:
                 self._node.spin(STEP)
                 self._look()
                 self._act()
+                if asked_to_end() and not self._failure:
+                    self._failure = f"interrupted after {self._t:.0f} s"
         return Outcome(
             f"{self._job.config.name} {self._job.config.preset}".strip(),
             self._began,
@@ -122,12 +124,14 @@ class _Run:
     def _waiting(self) -> str:
         return ", ".join(name for name, is_ready in self._node.ready.items() if not is_ready)
 
-    def _wait_until_ready(self) -> bool:
+    def _wait_until_ready(self, asked_to_end: Callable[[], bool]) -> bool:
         while not all(self._node.ready.values()):
             self._node.spin(STEP)
             self._say(f"waiting for {self._waiting}")
             self._tend()
-            if self._t > PATIENCE:
+            if asked_to_end():
+                self._failure = f"interrupted while it waited for {self._waiting}"
+            elif self._t > PATIENCE:
                 self._failure = f"waited {PATIENCE:g} s for {self._waiting}"
             if self._failure:
                 return False
@@ -142,7 +146,7 @@ class _Run:
             self._tip_errors[doing if look.is_usable else f"{doing}, state not to be used"].append(look.error)
             self._worst.note(Moment(self._t, look.error, doing, look.is_usable, look.said, self._fault))
         now = time.monotonic()
-        if now - self._looked >= MEMORY_PERIOD:
+        if now - self._looked >= PERIOD:
             self._looked = now
             self._memory.look(self._t, self._supervisor.pids)
             self._tell()
