@@ -27,6 +27,7 @@ from flexarm_controller.reference import Reference, hold
 from flexarm_controller.reference_jump import without_jump
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
+from flexarm_controller.state_fit import fitted
 from flexarm_controller.time_budget import NO_PLAN, Clocks, TimeBudget
 from flexarm_controller.trust import Trust
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -138,7 +139,7 @@ class Controller:
 
     def step(self, state: ArmState) -> ControlCommand:
         """Return the torque that follows those already sent. Never raises, never leaves the limits."""
-        started = self._clocks.cpu()
+        started, state = self._clocks.cpu(), fitted(state, self.model)
         self._begin()
         self._note_missed(state.t)
         cycle = self._look(state)
@@ -219,7 +220,7 @@ class Controller:
         missed = min(max(0.0, (t - self._t) / self.config.period - 0.5), float(len(self._sent)))
         for _ in range(int(missed)):
             self._sent[:-1] = self._sent[1:]
-        self._t = t
+        self._t = t if math.isfinite(t) else self._t + self.config.period
 
     def _capped(self, mpc: MpcConfig) -> MpcConfig:
         """Return the settings with a time limit of the solver that the budget can bear."""
