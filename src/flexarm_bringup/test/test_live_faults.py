@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.sim.drives import Drives
-from flexarm_bringup.sim.rig import Rig
+from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.parameters import ParameterError
 
 CONFIG = load_config(find_manipulator("single_link"), "geared")
 TAU = np.array([1.0])
@@ -66,3 +67,34 @@ def test_drives_measure_for_themselves_from_when_an_encoder_has_a_fault(plant_of
         drives.advance()
     assert drives.state().position[0] > before.position[0] + 0.01
     assert drives.motors.theta[0] == pytest.approx(before.position[0], abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("faults", "reason"),
+    [
+        ({"nix": SensorFault("off")}, "faults: 'nix' is not one of encoder, root_strain"),
+        ({"nix": None}, "faults: 'nix' is not one of encoder, root_strain"),
+        ({"encoder": "off"}, "faults: encoder: expected a SensorFault, not 'off'"),
+    ],
+)
+def test_a_fault_of_no_sensor_is_refused_by_name(plant_of: Rig, faults: dict, reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        Rig(CONFIG, plant=plant_of.plant, faults=faults)
+    rig = Rig(CONFIG, plant=plant_of.plant, faults={"root_strain": SensorFault("off")})
+    with pytest.raises(ValueError, match=reason):
+        rig.set_faults(faults)
+    assert set(rig.faults) == {"root_strain"}
+
+
+@pytest.mark.parametrize(
+    ("settings", "reason"),
+    [
+        ({"noise": -1.0}, r"noise: -1.0 is not a finite number in \[0.0, 100.0\]"),
+        ({"friction": -5.0}, "friction: -5.0 is not a finite number"),
+        ({"mass_scale": float("nan")}, "mass_scale: nan is not a finite number"),
+        ({"extra_modes": -1}, "extra_modes: -1 is not a finite number"),
+    ],
+)
+def test_a_rig_that_cannot_be_is_refused_by_name(settings: dict, reason: str) -> None:
+    with pytest.raises(ParameterError, match=reason):
+        RigSettings(**settings)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.retune.bench import Bench, Outcome, Settings
-from flexarm_bringup.retune.search import GAIN, SEEDS, STEP, WORSE, Score, Twins, search
+from flexarm_bringup.retune.search import GAIN, SEEDS, STEP, WORSE, Score, Twins, search, twins_of
+from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.tip_vibration import Residual
 from flexarm_controller.settings import MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
@@ -113,3 +114,12 @@ def test_settings_under_which_the_arm_is_stopped_are_left_for_any_under_which_it
     found = search(START, score, everything, silent, MANY)
     assert found.mpc != START[1] and found.begin == 0.02
     assert found.steps[-1].residual == pytest.approx(0.1)
+
+
+def test_the_twins_of_an_arm_that_is_hardly_known_are_arms_that_can_be(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("flexarm_bringup.retune.search.Bench", lambda known, task, real, rig: rig)
+    for doubt, off in ((0.4, 0.5), (0.1, 0.3), (0.0, 0.005)):
+        rigs = cast("list[RigSettings]", twins_of(None, None, doubt)._benches)  # type: ignore[arg-type]
+        assert [rig.frequency_scale for rig in rigs] == pytest.approx([1.0 + off, 1.0 - off])

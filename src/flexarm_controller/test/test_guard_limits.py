@@ -20,6 +20,7 @@ from flexarm_controller.limits import limits_of
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import PoseError, linearize
+from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
@@ -278,3 +279,21 @@ def test_a_motor_too_weak_for_the_weight_of_its_arm_is_refused_by_name():
     )
     with pytest.raises(ConfigError, match=r"shoulder\.rz: effort 0\.5: the motor cannot hold the weight"):
         guard_limits(weak, ReducedTree(weak), SETTINGS)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("max_age", math.nan),
+        ("max_age", 1e9),
+        ("max_age", -1.0),
+        ("braking_share", 5.0),
+        ("velocity_margin", math.nan),
+        ("energy_margin", math.nan),
+        ("position_noise", math.inf),
+    ],
+)
+def test_a_setting_that_lets_the_guard_sleep_is_refused_by_name(name, value):
+    """With a ``max_age`` that is no number a silent controller stopped nothing."""
+    with pytest.raises(ParameterError, match=rf"{name}: {value} is not a finite number in \["):
+        replace(SETTINGS, **{name: value})

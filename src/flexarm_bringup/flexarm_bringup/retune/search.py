@@ -26,6 +26,7 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.settings.parameters import ParameterError
 
 SEEDS = (101, 102), (103, 104)  # of each twin; the trial has others
+FARTHEST = 0.5  # of the frequencies that a twin may be off: no simulated arm is softer than by half
 STEP = 1.6
 GAIN = 0.98  # of the residual, at most, that a step leaves
 WORSE = 1.05  # times what the rules' settings track and settle with, at most
@@ -125,7 +126,7 @@ def twins_of(updated: ManipulatorConfig, task: Task, doubt: float) -> Twins:
     Raises:
         ValueError: The arm cannot do the moves.
     """
-    off = max(SIGMAS * doubt, LEAST)
+    off = min(max(SIGMAS * doubt, LEAST), FARTHEST)
     rigs = [RigSettings(frequency_scale=1.0 + sign * off) for sign in (1.0, -1.0)]
     return Twins([Bench(updated, task, updated, rig) for rig in rigs])
 

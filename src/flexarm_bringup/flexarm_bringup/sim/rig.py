@@ -17,12 +17,12 @@ from flexarm_bringup.sim.direct_sensors import DirectSensors
 from flexarm_bringup.sim.perturb import PlantSettings
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.sample import Sample
-from flexarm_bringup.sim.sensor_faults import SensorFault
+from flexarm_bringup.sim.sensor_faults import SensorFault, known_faults
 from flexarm_bringup.sim.sensor_simulator import SensorSimulator
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.numeric.rotation import rotation_vector
-from flexarm_model.settings.parameters import parameter
+from flexarm_model.settings.parameters import parameter, validate
 from flexarm_model.tree.sensors import output_names
 
 Array = NDArray[np.float64]
@@ -58,6 +58,14 @@ class RigSettings:
     backlash: float = parameter(
         0.0, "Total play of every gear beyond that described.", "rad or m", minimum=0.0, maximum=0.1
     )
+
+    def __post_init__(self) -> None:
+        """Check every field.
+
+        Raises:
+            ParameterError: A value is outside its range.
+        """
+        validate(self)
 
     @property
     def plant(self) -> PlantSettings:
@@ -108,9 +116,12 @@ class Rig:
             settings: Noise, perturbation, friction.
             plant: A plant to reuse, compiled already; None builds one from the settings.
             faults: What is wrong with its sensors, by name; nothing with the others.
+
+        Raises:
+            ValueError: A fault is of no sensor of the manipulator.
         """
         self.settings = settings or RigSettings()
-        self.faults = dict(faults or {})
+        self.faults = known_faults(faults or {}, config.sensors)
         self.config, self.tick = config, 0
         self.period_ns = round(1e9 / config.rate_hz)
         self.dt = self.period_ns * 1e-9
@@ -138,10 +149,13 @@ class Rig:
 
         Args:
             faults: By sensor; nothing with the others.
+
+        Raises:
+            ValueError: A fault is of no sensor of the manipulator.
         """
-        t = self.time_of(self.tick)
+        t, known = self.time_of(self.tick), known_faults(faults, self.config.sensors)
         self.faults = {
-            name: replace(fault, start=fault.start + t, end=fault.end + t) for name, fault in faults.items()
+            name: replace(fault, start=fault.start + t, end=fault.end + t) for name, fault in known.items()
         }
         self._direct.release()
         self._direct = DirectSensors([])

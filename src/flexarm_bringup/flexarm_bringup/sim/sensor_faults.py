@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -139,6 +139,25 @@ class FaultLine:
     def hits(self) -> bool:
         """Return whether chance picks this sample."""
         return bool(self.rng.random() < self.fault.share)
+
+
+def known_faults(faults: Mapping[str, SensorFault], sensors: Sequence[SensorSpec]) -> dict[str, SensorFault]:
+    """Return the faults by sensor.
+
+    Args:
+        faults: By sensor.
+        sensors: Those of the manipulator.
+
+    Raises:
+        ValueError: A name is that of no sensor, or stands for no fault; says what is allowed.
+    """
+    names = [spec.name for spec in sensors]
+    for name, fault in faults.items():
+        if name not in names:
+            raise ValueError(f"faults: '{name}' is not one of {', '.join(names) or 'no sensors'}")
+        if not isinstance(fault, SensorFault):
+            raise ValueError(f"faults: {name}: expected a SensorFault, not {fault!r}")
+    return dict(faults)
 
 
 def _ok(line: FaultLine, arrival: Arrival) -> list[Arrival]:

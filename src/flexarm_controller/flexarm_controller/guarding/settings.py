@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flexarm_controller.guarding.plausibility import VELOCITY_SMOOTHING
-from flexarm_model.settings.parameters import parameter
+from flexarm_model.settings.parameters import parameter, validate
 
 
 @dataclass(frozen=True)
@@ -56,3 +56,11 @@ class GuardSettings:
     changeover: float = parameter(
         1.0, "Time for which commands of the model served before still pass.", "s", 0.0, 60.0
     )
+
+    def __post_init__(self) -> None:
+        """Check every field: a silence that is no number would let the arm run on without a controller.
+
+        Raises:
+            ParameterError: A value is outside its range.
+        """
+        validate(self)
