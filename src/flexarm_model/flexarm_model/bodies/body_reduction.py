@@ -28,13 +28,18 @@ def reduce_body(body: Body, interfaces: Collection[str]) -> Superelement:
         interfaces: Its nodes that joints use, "root" among them or not.
 
     Raises:
-        ValueError: The body cannot be reduced as asked; the message names it.
+        ValueError: The body cannot be reduced as asked, or has no such node; the message names it.
     """
+    _refuse_unknown(body, interfaces)
     return _REDUCERS[type(body)](body, interfaces)
 
 
 def reduce_to_first_order(body: Body, interfaces: Collection[str]) -> Superelement:
-    """Reduce a body for a linear model: without second-order fields, so that many modes cost little."""
+    """Reduce a body for a linear model: without second-order fields, so that many modes cost little.
+
+    Arguments and errors are those of ``reduce_body``.
+    """
+    _refuse_unknown(body, interfaces)
     return _FIRST_ORDER[type(body)](body, interfaces)
 
 
@@ -52,6 +57,15 @@ class KeptReductions:
         if before is None or before[0] != described:
             before = self._kept[body.name] = described, reduce_body(body, interfaces)
         return before[1]
+
+
+def _refuse_unknown(body: Body, interfaces: Collection[str]) -> None:
+    """Refuse interfaces that are not nodes of the body: without them it would be held elsewhere."""
+    if isinstance(interfaces, str):
+        raise ValueError(f"body '{body.name}': interfaces: expected a list of nodes, not '{interfaces}'")
+    if unknown := sorted(set(interfaces) - set(body.nodes)):
+        names = ", ".join(body.nodes) or "none"
+        raise ValueError(f"body '{body.name}': no node {', '.join(unknown)}; its nodes: {names}")
 
 
 def _reduce_rigid(body: RigidBody, interfaces: Collection[str]) -> Superelement:

@@ -1,0 +1,25 @@
+"""Interfaces of a body are nodes that it has."""
+
+import pytest
+
+from flexarm_model.bodies.body_reduction import KeptReductions, reduce_body, reduce_to_first_order
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+
+STRIP = load_config(find_manipulator("single_link")).bodies["strip"]
+HUB = load_config(find_manipulator("planar_3rrr")).bodies["platform"]
+
+
+@pytest.mark.parametrize("reduce", [reduce_body, reduce_to_first_order, KeptReductions()])
+def test_a_node_that_a_body_does_not_have_is_refused_with_those_that_it_has(reduce):
+    """A misspelt one was left out: the strip's third mode then was one of 106 instead of 178 Hz."""
+    with pytest.raises(ValueError, match=r"body 'strip': no node toe, tp; its nodes: root, .*tip"):
+        reduce(STRIP, ["root", "tp", "toe"])
+    with pytest.raises(ValueError, match=r"body 'platform': no node nowhere; its nodes: "):
+        reduce(HUB, ["nowhere"])
+
+
+@pytest.mark.parametrize("reduce", [reduce_body, reduce_to_first_order, KeptReductions()])
+def test_one_name_alone_is_no_list_of_interfaces(reduce):
+    with pytest.raises(ValueError, match="body 'strip': interfaces: expected a list of nodes, not 'root'"):
+        reduce(STRIP, "root")
