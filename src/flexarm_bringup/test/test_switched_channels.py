@@ -204,3 +204,14 @@ def test_a_sample_of_another_length_does_not_pass_for_a_narrow_one(arms: Arms) -
     made.step([Measurement("tip_accelerometer", 0.0, np.zeros(2))], arms.tau[0], 0.0)
     made.step([Measurement("tip_accelerometer", arms.dt, np.zeros(5))], arms.tau[1], arms.dt)
     assert sum(made.health.refusals.counts.get("tip_accelerometer", {}).values()) == 2
+
+
+def test_a_covariance_of_another_shape_does_not_pass_for_a_narrow_one(arms: Arms) -> None:
+    made = arms.estimator(arms.whole)
+    m = next(len(spec.channels) for spec in made.specs if spec.name == "tip_accelerometer")
+    do(made, ToggleSensor("tip_accelerometer", False, ("x",)))
+    for k, size in enumerate((m, m - 1)):
+        sample = Measurement("tip_accelerometer", k * arms.dt, np.zeros(m), np.eye(size))
+        made.step([sample], arms.tau[k], k * arms.dt)
+    (reason,) = made.health.refusals.counts["tip_accelerometer"].items()
+    assert reason[1] == 1 and reason[0].startswith("covariance needs")

@@ -18,7 +18,8 @@ class Measurement(NamedTuple):  # not a dataclass: a dozen are made in every per
         sensor: Name of the sensor, as in the manipulator's YAML.
         t: Instant of the sample, not of its arrival [s].
         y: Value in SI; a camera gives position [m] and rotation vector [rad] of the tip, (m,).
-        R: Covariance of the noise, (m, m); None takes the one of the YAML.
+        R: Covariance of the noise, (m, m); None and zeros take the one of the YAML. So does what is no
+            covariance or of another shape, and is counted in ``Health.refusals``.
     """
 
     sensor: str

@@ -3,13 +3,23 @@ import pytest
 from planar_strip import CAMERA, SENSORS
 
 from flexarm_estimator.judging.checks import SampleChecks, Window
+from flexarm_estimator.judging.health import Health
+from flexarm_estimator.judging.reception import Reception
 from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.settings import EstimatorConfig
 
 WINDOW = Window(oldest=1.0, newest=1.3)
 
 
 def refusal(sensor="encoder", t=1.1, y=(0.1,)):
     return SampleChecks(SENSORS).refuse(Measurement(sensor, t, np.array(y, dtype=float)), WINDOW)
+
+
+def admitted(sample):
+    """Return a sample as it was taken, and what was counted."""
+    health = Health(SENSORS, {}, EstimatorConfig())
+    (taken,) = Reception(SENSORS, EstimatorConfig(), health).admit([sample], 1.1, 1.0).all
+    return taken, health.refusals.counts
 
 
 @pytest.mark.parametrize(
@@ -87,6 +97,43 @@ def test_an_own_covariance_is_floored_and_one_that_says_nothing_is_dropped():
         indefinite,
     )
     assert all(own(R) is None for R in bad)
+
+
+@pytest.mark.parametrize(
+    ("R", "given"),
+    [
+        (1e-2, "a float"),
+        ([[1e-2]], "a list"),
+        (np.array([1e-2]), "shape (1,)"),
+        (np.array(1e-2), "shape ()"),
+        (np.eye(2), "shape (2, 2)"),
+        (np.array([[1]]), "an array of int64"),
+    ],
+)
+def test_a_covariance_of_another_shape_is_counted_and_its_sample_used_with_that_of_the_description(R, given):
+    """A variance without brackets was taken for none at all, and nothing said so."""
+    taken, counts = admitted(Measurement("encoder", 1.1, np.zeros(1), R))
+    assert taken.R is None
+    reason = f"covariance needs 1 x 1 numbers in an array of float64, not {given}"
+    assert counts == {"encoder": {reason: 1}}
+
+
+@pytest.mark.parametrize(
+    ("R", "reason"),
+    [
+        (np.zeros((6, 6)), ""),  # of drivers that know none
+        (np.diag(CAMERA.sigma**2), ""),
+        (-np.eye(6), "covariance has a variance that is not positive"),
+        (np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]), "covariance has a variance that is not positive"),
+        (np.full((6, 6), np.nan), "covariance is not finite"),
+        (np.diag([1.0, 1.0, 1.0, 1.0, 1.0, np.inf]), "covariance is not finite"),
+        (np.eye(6) + 1.0 - np.eye(6) * 1.5, "covariance is not positive definite"),
+    ],
+)
+def test_a_covariance_that_is_none_is_counted_and_its_sample_used_with_that_of_the_description(R, reason):
+    taken, counts = admitted(Measurement("camera", 1.1, np.zeros(6), R))
+    assert (taken.R is None) == (bool(reason) or not R.any())
+    assert counts == ({"camera": {reason: 1}} if reason else {})
 
 
 @pytest.mark.parametrize("size", [1e3, 1e154, 1e308])

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.judging.own_covariance import believed_covariance
 from flexarm_estimator.judging.scan import Panel, Scan
 from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_model.manipulator.sensor_spec import SensorSpec
@@ -24,8 +25,6 @@ Array = NDArray[np.float64]
 _MOST = sys.float_info.max
 _END = 0.01  # of half the range: a sample so near its end may be clipped
 _BEYOND = 0.3  # of half the range: one sigma of how far beyond the truth may be
-_R_FLOOR = 0.01  # of the variance of the YAML: a sensor may not claim to be ten times better
-_R_MOST = 1e12  # of the same; more says nothing, and its square would be too large
 _MOST_PANELS = 64
 
 
@@ -51,6 +50,7 @@ class SampleChecks:
 
     Attributes:
         is_at_end: The sample that passed last is at the end of its sensor's range.
+        covariance_fault: Why the R that was looked at last is not used; empty when it is, or says nothing.
     """
 
     def __init__(self, specs: tuple[SensorSpec, ...]) -> None:
@@ -66,7 +66,7 @@ class SampleChecks:
             )
             for spec in specs
         }
-        self.is_at_end = False
+        self.is_at_end, self.covariance_fault = False, ""
         self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
         self._panels: dict[tuple[str, ...], Panel] = {}
         self._scans: deque[tuple[float, tuple[str, ...]]] = deque()  # stamps that no sensor has yet
@@ -132,7 +132,7 @@ class SampleChecks:
 
         At the end of its range a sensor clips: the truth lies somewhere beyond.
         """
-        R = None if sample.R is None else self.own_covariance(sample)
+        R = self.own_covariance(sample)
         if not self.is_at_end:
             return R
         variances, spec = self._variances[sample.sensor], self._specs[sample.sensor]
@@ -141,20 +141,10 @@ class SampleChecks:
 
     def own_covariance(self, sample: Measurement) -> Array | None:
         """Return the sample's R, floored; None when it has none or one that cannot be used."""
-        variances, R = self._variances[sample.sensor], sample.R
-        if not isinstance(R, np.ndarray) or R.shape != (variances.size,) * 2:
-            return None
-        if R.dtype != np.float64 or not np.isfinite(R).all():
-            return None
-        diagonal = R.diagonal()
-        if not (diagonal > 0.0).all():  # drivers that know no covariance send zeros
-            return None
-        scale = np.sqrt(np.outer(variances, variances))
-        R = np.clip(R, -_R_MOST * scale, _R_MOST * scale)
-        diagonal = R.diagonal()
-        R = (R + R.T) / 2 + np.diag(np.maximum(0.0, _R_FLOOR * variances - diagonal))
-        is_usable = np.linalg.eigvalsh(R / scale)[0] > 0.0
-        return R if is_usable else None
+        R, self.covariance_fault = None, ""
+        if sample.R is not None:
+            R, self.covariance_fault = believed_covariance(sample.R, self._variances[sample.sensor])
+        return R
 
     def _make_panel(self, sensors: tuple[str, ...]) -> Panel:
         """Return the panel of some sensors; one of nobody where one is not known or speaks twice."""

@@ -38,7 +38,7 @@ class Health:
 
     Attributes:
         unknown: Samples of sensors that the description does not have.
-        refusals: Samples that were refused before the filter saw them, by sensor and reason.
+        refusals: Samples that were refused before the filter saw them, and covariances, by sensor and reason.
         is_all_sound: No sensor is switched off or at fault.
     """
 
@@ -90,6 +90,10 @@ class Health:
             self.unknown += 1
             return
         self._records[sensor].refuse(reason)
+
+    def note_covariance(self, sensor: str, reason: str) -> None:
+        """Count a covariance that was refused; its sample is used with that of the description."""
+        self.refusals.note(sensor, reason)
 
     def note_verdicts(self, verdicts: Iterable[Verdict]) -> None:
         """Count what the gate said."""

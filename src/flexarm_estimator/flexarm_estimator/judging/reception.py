@@ -95,7 +95,14 @@ class Reception:
                 health.note_refusal(sensor, reason)
             elif not (is_any_off and health.is_off(sensor)):
                 if R is not None or checks.is_at_end:
-                    sample = sample._replace(R=checks.noise(sample))
+                    sample = self._with_noise(sample)
                 (due if stamp <= now else self._early).append(sample)
         due.sort(key=_STAMP)
         return due
+
+    def _with_noise(self, sample: Measurement) -> Measurement:
+        """Return a sample with the noise to reckon with; count a covariance that is none."""
+        R = self._checks.noise(sample)
+        if self._checks.covariance_fault:
+            self._health.note_covariance(sample.sensor, self._checks.covariance_fault)
+        return sample._replace(R=R)

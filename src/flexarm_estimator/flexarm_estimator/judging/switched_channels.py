@@ -72,8 +72,8 @@ class Narrowing:
         y, R = sample.y, sample.R
         if not isinstance(y, np.ndarray) or y.shape != (m,):  # it must not pass for a narrow one
             return sample._replace(y=np.empty(0))
-        if isinstance(R, np.ndarray) and R.shape == (m, m):
-            R = R[np.ix_(kept, kept)]
+        if isinstance(R, np.ndarray):  # of another shape likewise
+            R = R[np.ix_(kept, kept)] if R.shape == (m, m) else np.empty((0, 0))
         return sample._replace(y=y[kept], R=R)
 
 
