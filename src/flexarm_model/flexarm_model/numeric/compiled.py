@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import threading
 from collections.abc import Collection, Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -32,12 +33,39 @@ class WorkSizes(NamedTuple):
     w: int
 
 
+class _Room(threading.local):
+    """Buffers of one thread for a function; ``local`` gives every thread one of its own.
+
+    Attributes:
+        outputs: Results.
+        parts: Inputs, what evaluates, and what a call returns; one attribute, for each costs a call 40 ns.
+    """
+
+    def __init__(self, function: ca.Function, matrices: Collection[int]) -> None:
+        """Make room; every thread comes here when it first calls the function."""
+        buffer: Any  # its stub asks for a size that the method does not take
+        buffer, evaluate = function.buffer()
+        flat_in = [np.zeros(max(function.numel_in(i), 1)) for i in range(function.n_in())]
+        flat_out = [np.zeros(max(function.numel_out(i), 1)) for i in range(function.n_out())]
+        for i, flat in enumerate(flat_in):
+            buffer.set_arg(i, flat.data)
+        for i, flat in enumerate(flat_out):
+            buffer.set_res(i, flat.data)
+        inputs = [_shaped(flat, function.size_in(i)) for i, flat in enumerate(flat_in)]
+        self.outputs = tuple(
+            _shaped(flat, function.size_out(i), i in matrices) for i, flat in enumerate(flat_out)
+        )
+        result: Any = self.outputs[0] if len(self.outputs) == 1 else self.outputs
+        self.parts = inputs, evaluate, result
+        self._buffer = buffer  # what evaluates needs it
+
+
 class FastFunction:
     """A CasADi function on fixed NumPy buffers: no allocation per call.
 
     Inputs are copied into ``inputs``; results appear in ``outputs`` and are overwritten by the next
-    call. Matrices are column-major, as CasADi stores them; one with a single column is a vector unless it is
-    said to be a matrix.
+    call in the same thread. Every thread has buffers of its own. Matrices are column-major, as CasADi stores
+    them; one with a single column is a vector unless it is said to be a matrix.
 
     Attributes:
         library: Where its machine code is; None on the virtual machine.
@@ -56,18 +84,17 @@ class FastFunction:
         self.name: str = function.name()
         self.library = library
         self._function = function  # keeps the library loaded
-        self._buffer: Any  # its stub asks for a size that the method does not take
-        self._buffer, self._evaluate = function.buffer()
-        flat_in = [np.zeros(max(function.numel_in(i), 1)) for i in range(function.n_in())]
-        flat_out = [np.zeros(max(function.numel_out(i), 1)) for i in range(function.n_out())]
-        for i, flat in enumerate(flat_in):
-            self._buffer.set_arg(i, flat.data)
-        for i, flat in enumerate(flat_out):
-            self._buffer.set_res(i, flat.data)
-        self.inputs = [_shaped(flat, function.size_in(i)) for i, flat in enumerate(flat_in)]
-        self.outputs = tuple(
-            _shaped(flat, function.size_out(i), i in matrices) for i, flat in enumerate(flat_out)
-        )
+        self._room = _Room(function, matrices)
+
+    @property
+    def inputs(self) -> list[Array]:
+        """Buffers of the arguments in the calling thread."""
+        return self._room.parts[0]
+
+    @property
+    def outputs(self) -> tuple[Array, ...]:
+        """Buffers of the results in the calling thread."""
+        return self._room.outputs
 
     @property
     def sizes(self) -> WorkSizes:
@@ -76,11 +103,15 @@ class FastFunction:
         return WorkSizes(f.sz_arg(), f.sz_res(), f.sz_iw(), f.sz_w())
 
     def __call__(self, *arguments: Array | float) -> Any:
-        """Evaluate; returns the one output, or a tuple of them (views that the next call overwrites)."""
-        for array, argument in zip(self.inputs, arguments, strict=True):
+        """Evaluate; returns the one output, or a tuple of them.
+
+        They are views that the next call in the same thread overwrites.
+        """
+        inputs, evaluate, result = self._room.parts
+        for array, argument in zip(inputs, arguments, strict=True):
             array[...] = argument
-        self._evaluate()
-        return self.outputs[0] if len(self.outputs) == 1 else self.outputs
+        evaluate()
+        return result
 
 
 def compile_functions(

@@ -32,7 +32,7 @@ MAX_ITERATIONS = 20
 
 
 class SegmentTree:
-    """Dynamics of a manipulator whose beams are chains of segments."""
+    """Dynamics of a manipulator whose beams are chains of segments; one thread at a time may use it."""
 
     def __init__(self, config: ManipulatorConfig, n_segments: int) -> None:
         """Build the Pinocchio model.

@@ -41,7 +41,7 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
     """Return the reduced model about a pose.
 
     Args:
-        tree: The dynamics.
+        tree: The dynamics; several threads may share it.
         pose: Actuated axes [rad or m], (n_theta,); None is the home pose.
         modes: Number of modes; None is what the description asks for.
 

@@ -6,6 +6,7 @@ Both give the same to rounding; ``closure`` has the equations.
 from __future__ import annotations
 
 import ctypes
+import threading
 from abc import ABC, abstractmethod
 from pathlib import Path
 
@@ -79,6 +80,21 @@ class _Layout(ctypes.Structure):
     ]
 
 
+class _Room(threading.local):
+    """Buffers of one thread; ``local`` gives every thread some of its own.
+
+    Attributes:
+        parts: Coordinates and rates, (n,) each, and what C takes to close loops at rest, to close them in
+            motion, and to have rows follow them.
+    """
+
+    def __init__(self, layout: int, n: int) -> None:
+        """Make room; every thread comes here when it first closes the loops."""
+        q, v = np.zeros(n), np.zeros(n)
+        at, place, rates = (ctypes.c_void_p(p) for p in (layout, _place(q), _place(v)))
+        self.parts = q, v, (at, place, None), (at, place, rates), (at, place)
+
+
 class MachineClosing(Closing):
     """In machine code; where that does not arrive NumPy says why.
 
@@ -94,33 +110,34 @@ class MachineClosing(Closing):
         m, n = rows.outputs[1].shape
         self._most = max(n, RATES)
         self._dependent = np.array(loops.dependent, dtype=np.int64)
-        self._q, self._v, self._work = np.zeros(n), np.zeros(n), np.zeros(m * (m + self._most))
+        self._work = np.zeros(m * (m + self._most))  # C has Python's lock while it needs it
         sizes = (n, m, ITERATIONS, TOLERANCE, LONGEST_STEP)
         places = (self._dependent.ctypes.data, self._rows.address, self._work.ctypes.data)
         self._layout = _Layout(*sizes, *places)
         self.address = ctypes.addressof(self._layout)
-        layout, at, rates = (ctypes.c_void_p(p) for p in (self.address, *map(_place, (self._q, self._v))))
+        self._room = _Room(self.address, n)
         self._close, self._follow = code.flexarm_close, code.flexarm_follow
         self._close.restype = self._follow.restype = ctypes.c_int64
-        self._at_rest, self._moving, self._at = (layout, at, None), (layout, at, rates), (layout, at)
 
     def close(self, q: Array, v: Array | None = None) -> Array:
         """See Closing."""
-        self._q[:] = q
+        own_q, own_v, at_rest, moving, _ = self._room.parts
+        own_q[:] = q
         if v is not None:
-            self._v[:] = v
-        if not self._close(*(self._at_rest if v is None else self._moving)):
+            own_v[:] = v
+        if not self._close(*(at_rest if v is None else moving)):
             return self._plain.close(q, v)
         if v is not None:
-            v[:] = self._v
-        return self._q.copy()
+            v[:] = own_v
+        return own_q.copy()
 
     def follow(self, J: Array, q: Array) -> Array:
         """See Closing."""
         rows: Array = np.array(J, order="F")
-        self._q[:] = q
+        own_q, *_, at = self._room.parts
+        own_q[:] = q
         fits = len(rows) <= self._most
-        if not fits or not self._follow(*self._at, ctypes.c_int64(len(rows)), ctypes.c_void_p(_place(rows))):
+        if not fits or not self._follow(*at, ctypes.c_int64(len(rows)), ctypes.c_void_p(_place(rows))):
             return self._plain.follow(J, q)
         return rows
 

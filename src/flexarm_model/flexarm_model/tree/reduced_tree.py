@@ -48,7 +48,7 @@ _MATRICES = {  # outputs of the functions that are matrices, of an arm with a si
 
 
 class ReducedTree:
-    """Dynamics of a manipulator in joint axes and elastic coordinates.
+    """Dynamics of a manipulator in joint axes and elastic coordinates; several threads may share it.
 
     Attributes:
         config: The manipulator.
