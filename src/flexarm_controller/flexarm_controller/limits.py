@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.modal.read_only import lock_arrays
 from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
@@ -36,17 +37,17 @@ class Limits:
     strain: Array
 
     def __post_init__(self) -> None:
-        """Check shapes and signs, and make the arrays read-only.
+        """Check shapes and signs, and make the arrays read-only; the caller's own are copied.
 
         Raises:
             ValueError: A field has the wrong length or a value that is no limit.
         """
+        lock_arrays(self)
         n = self.effort.size
         for field in fields(self):
             value = getattr(self, field.name)
             if not isinstance(value, np.ndarray):
                 continue
-            value.flags.writeable = False
             length = len(self.gauges) if field.name == "strain" else n
             if value.shape != (length,) or np.isnan(value).any():
                 raise ValueError(f"limits.{field.name}: {value} is not {length} numbers")

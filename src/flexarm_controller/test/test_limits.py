@@ -34,6 +34,13 @@ def test_limits_are_read_only():
         limits_of_hub().effort[0] = 1e9
 
 
+def test_an_array_of_the_caller_stays_his_and_the_limits_keep_their_own():
+    effort = np.array([2.0])
+    limits = replace(limits_of_hub(), effort=effort)
+    effort[0] = 1e9
+    assert limits.effort[0] == 2.0
+
+
 def test_limits_come_from_the_description():
     limits = limits_of(load_config(find_manipulator("single_link"), "light_hub"))
     assert (limits.effort[0], limits.effort_rate[0], limits.velocity[0]) == (2.0, 200.0, 6.0)

@@ -62,6 +62,15 @@ def test_arrays_are_read_only(name: str) -> None:
             value.flat[0] = 1.0
 
 
+def test_an_array_of_the_caller_stays_his_and_the_model_keeps_its_own() -> None:
+    M, y0 = model().M.copy(), model().outputs.y0.copy()
+    made = replace(model(), M=M[:, :], outputs=replace(model().outputs, y0=y0))
+    before = made.model_id
+    M[0, 0] = y0[0] = 99.0
+    assert made.M[0, 0] == model().M[0, 0] and made.outputs.y0[0] == model().outputs.y0[0]
+    assert replace(made).model_id == before == model().model_id
+
+
 def test_rows_are_found_by_sensor_and_an_unknown_one_is_named_with_those_there_are() -> None:
     out = model().outputs
     assert [out.names[i] for i in out.rows("tip")] == [

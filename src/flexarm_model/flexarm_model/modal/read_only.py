@@ -13,6 +13,6 @@ def lock_arrays(holder: Any) -> None:
     for field in fields(holder):
         value = getattr(holder, field.name)
         if isinstance(value, np.ndarray) and value.flags.writeable:
-            own = value.copy()
+            own = value.copy(order="K")  # laid out as it was
             own.flags.writeable = False
             object.__setattr__(holder, field.name, own)

@@ -8,7 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from flexarm_model.modal.read_only import lock_arrays
 
 if TYPE_CHECKING:
     from typing import Self  # Python 3.10 has none
@@ -36,7 +38,7 @@ class Trajectory:
     theta_ddot_before: Array | None = None
 
     @classmethod
-    def through(cls, t: Array, theta: Array, theta_dot: Array | None = None) -> Self:
+    def through(cls, t: ArrayLike, theta: ArrayLike, theta_dot: ArrayLike | None = None) -> Self:
         """Return the motion through points whose accelerations are those of its cubics.
 
         Args:
@@ -48,8 +50,9 @@ class Trajectory:
         Raises:
             ValueError: A shape does not fit or time does not increase; the message says which.
         """
+        t, theta = np.array(t, float), np.array(theta, float)
         still = np.zeros_like(theta)
-        motion = cls(t, theta, still if theta_dot is None else theta_dot, still)
+        motion = cls(t, theta, still if theta_dot is None else np.array(theta_dot, float), still)
         if theta_dot is None and t.size > 2:  # two points are a cubic from rest to rest as it is
             from scipy.interpolate import CubicSpline  # for few references, of the many who import this
 
@@ -64,11 +67,12 @@ class Trajectory:
         )
 
     def __post_init__(self) -> None:
-        """Check the shapes and make the arrays read-only.
+        """Check the shapes and make the arrays read-only; the caller's own are copied.
 
         Raises:
             ValueError: A shape does not fit or time does not increase; the message says which.
         """
+        lock_arrays(self)
         shape = (self.t.size, *self.theta.shape[1:])
         arrays = {name: getattr(self, name) for name in ("theta", "theta_dot", "theta_ddot")}
         if self.theta_ddot_before is not None:
@@ -79,7 +83,6 @@ class Trajectory:
         for array in (self.t, *arrays.values()):
             if not np.isfinite(array).all():
                 raise ValueError("reference: a value is not finite")
-            array.flags.writeable = False
         if self.t.size < 1 or (np.diff(self.t) <= 0).any():
             raise ValueError("reference: time does not increase")
 

@@ -19,6 +19,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.modal.read_only import lock_arrays
+
 Array = NDArray[np.float64]
 
 
@@ -106,12 +108,9 @@ class ReducedModel:
     Phi: Array
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        for holder in (self, self.outputs):
-            for field in fields(holder):
-                value = getattr(holder, field.name)
-                if isinstance(value, np.ndarray):
-                    value.flags.writeable = False
+        """Make the arrays read-only; the caller's own are copied."""
+        lock_arrays(self)
+        lock_arrays(self.outputs)
 
     def __eq__(self, other: object) -> bool:
         """Compare contents; arrays have no single truth that fields could be compared by."""

@@ -201,6 +201,8 @@ class ReducedTree:
     def closed(self, q: Array) -> Array:
         """Return q with the dependent coordinates moved until the loops close, (n_q,).
 
+        It is an array of its own; without loops it is ``q`` itself.
+
         Raises:
             ClosureError: They do not close from here.
         """
