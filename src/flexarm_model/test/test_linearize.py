@@ -195,6 +195,12 @@ def test_an_axis_that_nothing_holds_is_refused(gravity: float) -> None:
         linearize(ReducedTree(config, use_compiler=False))
 
 
+def test_a_number_of_modes_that_is_not_whole_is_refused() -> None:
+    with pytest.raises(PoseError, match="2.0 modes asked for; expected a whole number"):
+        linearize(tree("single_link"), modes=2.0)  # type: ignore[arg-type]
+    assert linearize(tree("single_link"), modes=np.int64(2)).n_eta == 2  # type: ignore[arg-type]
+
+
 def test_fewer_modes_are_the_slowest_ones() -> None:
     one: Array = linearize(tree("single_link"), modes=1).omega
     assert one == pytest.approx(served("single_link").omega[:1], rel=1e-12)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from flexarm_model.motion.profiles import JerkLimited, Profile, Quintic, Trapezoid
-from flexarm_model.motion.shapers import Shaper, shape, shape_within, zv, zvd
+from flexarm_model.motion.shapers import Shaper, mzv, shape, shape_within, zv, zvd
 
 OMEGA = 2.0 * math.pi * 5.23
 WORST = Trapezoid.published("A", math.radians(10.0), 1.0 / 5.23)
@@ -92,3 +92,10 @@ def test_motion_shorter_than_its_shaper_is_refused() -> None:
         shape_within(Quintic(0.1, 0.1), zvd(OMEGA, 0.0))
     with pytest.raises(ValueError, match="zeta = 1.0 in"):
         zv(OMEGA, 1.0)
+
+
+@pytest.mark.parametrize("make", [zv, zvd, mzv])
+@pytest.mark.parametrize("omega", [0.0, -1.0, math.nan, math.inf])
+def test_a_mode_without_a_period_is_refused(make, omega) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(ValueError, match=f"omega = {omega} rad/s must be > 0 and finite"):
+        make(omega, 0.0)

@@ -153,8 +153,8 @@ def test_the_operating_point_stays_under_its_holding_torque() -> None:
     assert step.C @ x + step.D @ hold + step.y_c == pytest.approx(model.outputs.y0, abs=1e-8)
 
 
-@pytest.mark.parametrize("dt", [0.0, -0.1, float("nan")])
-def test_a_period_that_is_not_positive_is_refused(dt: float) -> None:
+@pytest.mark.parametrize("dt", [0.0, -0.1, float("nan"), float("inf")])
+def test_a_period_that_is_not_positive_and_finite_is_refused(dt: float) -> None:
     with pytest.raises(ValueError, match="dt > 0"):
         discretize(system("single_link"), dt)
 
@@ -171,3 +171,12 @@ def test_intensities_of_another_length_are_refused_by_name() -> None:
         state_space(model, np.ones(1))
     with pytest.raises(ValueError, match=rf"disturbance_psd has the shape \(9,\); expected \({n_theta},\)"):
         state_space(model, np.ones(n), np.ones(9))
+
+
+@pytest.mark.parametrize("value", [-1e-9, float("nan"), float("inf")])
+def test_intensities_that_cannot_be_are_refused_by_name(value: float) -> None:
+    model = served("single_link")
+    with pytest.raises(ValueError, match="force_psd is .*; expected finite numbers, none below 0"):
+        state_space(model, np.array([*np.ones(model.n - 1), value]))
+    with pytest.raises(ValueError, match="disturbance_psd is .*; expected finite numbers, none below 0"):
+        state_space(model, np.zeros(model.n), np.full(model.n_theta, value))

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.kinematics.arguments import check_sign, finite
 from flexarm_model.kinematics.branches import nearest, wrap
 from flexarm_model.kinematics.dh import DhChain, DhRow
 from flexarm_model.kinematics.refusals import ReachError, SingularPoseError
@@ -73,7 +74,11 @@ class ElbowArm:
         Raises:
             ReachError: The point is out of reach.
             SingularPoseError: The point lies on the vertical axis, so that the azimuth is free.
+            KinematicsError: The point is not three finite numbers, or a sign is none.
         """
+        p = finite("tip", p, 3)
+        check_sign("elbow", elbow)
+        check_sign("facing", facing)
         radius, z = math.hypot(p[0], p[1]), float(p[2]) - self.height
         shoulder, turn = self._reach(np.array([facing * radius, z]), elbow)
         if radius < ON_AXIS * (self.upper + self.fore):
@@ -89,7 +94,9 @@ class ElbowArm:
 
         Raises:
             ReachError: The point is out of reach.
+            KinematicsError: The point or q is not three finite numbers.
         """
+        q = finite("q", q, 3)
         try:
             return nearest(self.solutions(p), q)
         except SingularPoseError:

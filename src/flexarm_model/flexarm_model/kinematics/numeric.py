@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.kinematics.arguments import finite
 from flexarm_model.kinematics.refusals import ConvergenceError
 from flexarm_model.numeric.rotation import rotation_vector
 
@@ -89,10 +90,12 @@ def solve_inverse(
         settings: Tolerances.
 
     Raises:
+        KinematicsError: The guess has not one finite number per axis.
         ConvergenceError: No solution was found near the guess; says how far away the best one stays.
     """
     settings = settings or InverseSettings()
-    theta = np.clip(np.asarray(guess, dtype=float), mechanism.lower, mechanism.upper)
+    target = np.asarray(target, dtype=float)
+    theta = np.clip(finite("guess", guess, mechanism.lower.size), mechanism.lower, mechanism.upper)
     error = _error(mechanism.pose(theta), target, settings)
     damping = FIRST_DAMPING
     for iteration in range(settings.iterations):

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.kinematics.arguments import finite
 from flexarm_model.kinematics.branches import wrap
 from flexarm_model.kinematics.refusals import ConvergenceError, SingularPoseError
 from flexarm_model.kinematics.two_links import reach_end
@@ -96,7 +97,9 @@ class PlanarLegs:
 
         Raises:
             ReachError: A hinge is out of reach of its leg.
+            KinematicsError: The pose is not three finite numbers.
         """
+        pose = finite("pose", pose, 3)
         ends = self._hinges(pose)
         pairs = [
             reach_end(end - leg.base, leg.first, leg.second, leg.bend)
@@ -133,8 +136,9 @@ class PlanarLegs:
         Raises:
             SingularPoseError: On the way, or there, the motors do not hold the platform.
             ConvergenceError: The loops do not close near the guess.
+            KinematicsError: An angle or a number of the guess is missing or not finite.
         """
-        X = np.array(guess, dtype=float)
+        first, X = finite("first", first, len(self.legs)), finite("guess", guess, 3).copy()
         elbows = self.elbows(first)
         squares = np.array([leg.second**2 for leg in self.legs])
         longest = LARGEST_STEP * min(leg.second for leg in self.legs)

@@ -73,9 +73,11 @@ class SphericalWristArm:
         Raises:
             ReachError: No shoulder reaches the centre of the wrist.
             SingularPoseError: q1 or q4 is free and nothing says what to keep.
-            KinematicsError: The pose is no rotation and translation.
+            KinematicsError: The pose is no rotation and translation, or not finite.
         """
         R, p = pose[:3, :3], pose[:3, 3]
+        if not np.isfinite(pose).all():
+            raise KinematicsError(f"the pose is not finite: {pose}")
         if abs(R.T @ R - np.eye(3)).max() > CHECK or np.linalg.det(R) < 0.0:
             raise KinematicsError("the pose holds no rotation: R'R is not the identity or det R = -1")
         found = [

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.kinematics.arguments import check_sign
 from flexarm_model.kinematics.refusals import ReachError, SingularPoseError
 
 Array = NDArray[np.float64]
@@ -104,7 +105,9 @@ class TelescopicLegs:
             ReachError: The spheres do not meet.
             SingularPoseError: The centres lie on a line, or the platform in their plane, where the
                 legs do not hold it.
+            KinematicsError: The side is no sign.
         """
+        check_sign("side", side)
         centres = np.array([leg.base for leg in self.legs]) - self._platform_joints() @ R.T
         u, v = centres[1] - centres[0], centres[2] - centres[0]
         normal = np.cross(u, v)

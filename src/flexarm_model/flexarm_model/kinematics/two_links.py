@@ -15,6 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.kinematics.arguments import check_sign
 from flexarm_model.kinematics.refusals import ReachError, SingularPoseError
 
 Array = NDArray[np.float64]
@@ -46,14 +47,16 @@ def reach_end(end: Array, first: float, second: float, bend: int) -> tuple[float
         bend: Sign of the turn, 1 or -1.
 
     Raises:
-        ReachError: The end is too far away or too near.
+        ReachError: The end is too far away or too near, or no point.
         SingularPoseError: The end lies on the root, so that the angle is free.
+        KinematicsError: The bend is no sign.
     """
+    check_sign("bend", bend)
     x, y = float(end[0]), float(end[1])
     square = x * x + y * y
     scale = (first + second) ** 2
     beyond, within = scale - square, square - (first - second) ** 2
-    if min(beyond, within) < -ROUNDING * scale:
+    if not min(beyond, within) >= -ROUNDING * scale:  # nor where they are no numbers
         raise ReachError("two links", math.sqrt(square), abs(first - second), first + second)
     if square < ROUNDING * scale:
         raise SingularPoseError("the end of two equal links lies on their root: the angle is free")

@@ -63,7 +63,8 @@ class Trapezoid:
     t_d: float
 
     def __post_init__(self) -> None:
-        """Refuse times that are not positive or do not fit into the move."""
+        """Refuse what is not finite, and times that are not positive or do not fit into the move."""
+        _refuse_endless(self.theta, self.t_m)
         _require(self.t_a > 0.0 and self.t_d > 0.0, f"t_a = {self.t_a} and t_d = {self.t_d} must be > 0 s")
         fits = self.t_a + self.t_d <= self.t_m * (1.0 + 1e-12)  # rounding of a triangle
         _require(fits, f"t_a + t_d = {self.t_a + self.t_d} must be <= t_m = {self.t_m} s")
@@ -122,7 +123,8 @@ class Quintic:
     t_m: float
 
     def __post_init__(self) -> None:
-        """Refuse a duration that is not positive."""
+        """Refuse an angle that is not finite and a duration that is not positive and finite."""
+        _refuse_endless(self.theta, self.t_m)
         _require(self.t_m > 0.0, f"t_m = {self.t_m} must be > 0 s")
 
     @property
@@ -169,7 +171,8 @@ class JerkLimited:
     t_c: float
 
     def __post_init__(self) -> None:
-        """Refuse negative times and jerks without length."""
+        """Refuse what is not finite, negative times and jerks without length."""
+        _refuse_endless(self.theta, self.duration)
         good = self.t_j > 0.0 and self.t_a >= 0.0 and self.t_c >= 0.0
         _require(good, f"t_j = {self.t_j} must be > 0 s, t_a = {self.t_a} and t_c = {self.t_c} >= 0 s")
 
@@ -217,6 +220,11 @@ class JerkLimited:
     def _pieces(self) -> Pieces:
         lengths = [self.t_j, self.t_a, self.t_j, self.t_c, self.t_j, self.t_a, self.t_j]
         return Pieces.integrate(lengths, self.jerk * np.array([1, 0, -1, 0, -1, 0, 1]), 3, self.theta)
+
+
+def _refuse_endless(theta: float, duration: float) -> None:
+    finite = math.isfinite(theta) and math.isfinite(duration)
+    _require(finite, f"angle {theta} and duration {duration} s must be finite")
 
 
 def _require(condition: bool, message: str) -> None:

@@ -120,10 +120,10 @@ def half_damped_period(omega: float, zeta: float) -> float:
     """Return ``pi / (omega sqrt(1 - zeta^2))`` [s].
 
     Raises:
-        ValueError: ``omega`` [rad/s] is not positive or ``zeta`` [1] not in [0, 1).
+        ValueError: ``omega`` [rad/s] is not positive and finite, or ``zeta`` [1] not in [0, 1).
     """
-    if not (omega > 0.0 and 0.0 <= zeta < 1.0):
-        raise ValueError(f"omega = {omega} rad/s must be > 0 and zeta = {zeta} in [0, 1)")
+    if not (0.0 < omega < math.inf and 0.0 <= zeta < 1.0):
+        raise ValueError(f"omega = {omega} rad/s must be > 0 and finite, and zeta = {zeta} in [0, 1)")
     return math.pi / (omega * math.sqrt(1.0 - zeta**2))
 
 

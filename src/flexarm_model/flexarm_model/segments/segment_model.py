@@ -40,7 +40,7 @@ class SegmentModel:
             n_segments: Springs per beam.
 
         Raises:
-            ValueError: A body cannot be cut into segments.
+            ValueError: A body cannot be cut into segments, or not into so few.
         """
         self._config, self._n_segments = config, n_segments
         self.model = pin.Model()

@@ -42,7 +42,7 @@ class SegmentTree:
             n_segments: Springs per beam.
 
         Raises:
-            ValueError: A body cannot be cut into segments.
+            ValueError: A body cannot be cut into segments, or not into so few.
         """
         self.config, self.n_segments = config, n_segments
         built = SegmentModel(config, n_segments)

@@ -49,7 +49,13 @@ class Segment:
 
 
 def cut_beam(beam: Beam, n: int) -> list[Segment]:
-    """Return the segments of a beam with n springs per flexible stretch, from the root outwards."""
+    """Return the segments of a beam with n springs per flexible stretch, from the root outwards.
+
+    Raises:
+        ValueError: n is below 1.
+    """
+    if n < 1:
+        raise ValueError(f"n_segments is {n}; expected 1 or more springs per beam")
     springs = [
         (start + (k + 0.5) * (end - start) / n, (end - start) / n)
         for start, end in stretches(beam, rigid=False)

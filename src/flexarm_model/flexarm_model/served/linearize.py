@@ -47,8 +47,8 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
 
     Raises:
         PoseError: Wrong length, not finite, outside the axes' limits, also those of passive axes, no stable
-            equilibrium or one with a body bent too far, more modes asked for than exist, or a coordinate
-            without mass.
+            equilibrium or one with a body bent too far, more modes asked for than exist or no whole
+            number of them, or a coordinate without mass.
     """
     config = tree.config
     pose = check_pose(tree, config.home if pose is None else pose)
@@ -102,9 +102,11 @@ def _shapes(N: Array, M: Array, K: Array, n: int, n_eta: int, names: Sequence[st
         names: Of the coordinates, (n_q,).
 
     Raises:
-        PoseError: So many modes do not exist, or one has no stiffness.
+        PoseError: So many modes do not exist, their number is not whole, or one has no stiffness.
     """
     N_t, Z = N[:, :n], N[:, n:]
+    if not isinstance(n_eta, int | np.integer):
+        raise PoseError(f"{n_eta} modes asked for; expected a whole number")
     if not 0 <= n_eta <= Z.shape[1]:
         exist = f"{n_eta} modes asked for, {Z.shape[1]} exist"
         raise PoseError(f"{exist}; serve fewer (served.modes) or keep more in the bodies (reduction.modes)")

@@ -79,12 +79,12 @@ def state_space(model: ReducedModel, force_psd: Array, disturbance_psd: Array | 
         The continuous system (``dt = 0``).
 
     Raises:
-        ValueError: An intensity has not one number per coordinate.
+        ValueError: An intensity has not one number per coordinate, each finite and not negative.
     """
     n, n_u = model.n, model.n_theta
-    _refuse_other_length("force_psd", force_psd, n)
+    _check_intensity("force_psd", force_psd, n)
     if disturbance_psd is not None:
-        _refuse_other_length("disturbance_psd", disturbance_psd, n_u)
+        _check_intensity("disturbance_psd", disturbance_psd, n_u)
     n_d = 0 if disturbance_psd is None else n_u
     n_x = 2 * n + n_d
     M_inv = np.linalg.inv(model.M)  # small and well conditioned by construction
@@ -115,9 +115,11 @@ def state_space(model: ReducedModel, force_psd: Array, disturbance_psd: Array | 
     return StateSpace(A, B, c, Q, C, out.C_acc @ B[n : 2 * n], y_c, out.C_acc @ M_inv, 0.0, n)
 
 
-def _refuse_other_length(name: str, values: Array, expected: int) -> None:
+def _check_intensity(name: str, values: Array, expected: int) -> None:
     if np.shape(values) != (expected,):
         raise ValueError(f"{name} has the shape {np.shape(values)}; expected ({expected},)")
+    if not (np.isfinite(values) & (np.asarray(values) >= 0.0)).all():
+        raise ValueError(f"{name} is {values}; expected finite numbers, none below 0")
 
 
 def _accumulated(A: Array, Q: Array, dt: float) -> Array:
@@ -141,10 +143,10 @@ def discretize(system: StateSpace, dt: float) -> StateSpace:
     """Discretise exactly for an input held over ``dt`` and white process noise.
 
     Raises:
-        ValueError: ``system`` is discrete already or ``dt`` is not positive.
+        ValueError: ``system`` is discrete already, or ``dt`` is not positive and finite.
     """
-    if system.dt != 0.0 or not dt > 0.0:
-        raise ValueError(f"need a continuous system (dt 0, not {system.dt}) and dt > 0, not {dt}")
+    if system.dt != 0.0 or not 0.0 < dt < math.inf:
+        raise ValueError(f"need a continuous system (dt 0, not {system.dt}) and dt > 0 and finite, not {dt}")
     n_x, n_u = system.n_x, system.n_u
     held = np.zeros((n_x + n_u + 1, n_x + n_u + 1))
     held[:n_x, :n_x] = system.A
