@@ -7,13 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexarm_model.identification.sensor_check import (
-    CheckedChannel,
-    Finding,
-    Pushes,
-    check_channels,
-    noise_floor,
-)
+from flexarm_model.identification.noise_floor import noise_floor
+from flexarm_model.identification.sensor_check import CheckedChannel, Finding, Pushes, check_channels
 
 SIGMA = 0.01
 CHANNELS = tuple(CheckedChannel(name, "m/s^2", SIGMA, -50.0, 50.0) for name in ("a", "b", "c"))

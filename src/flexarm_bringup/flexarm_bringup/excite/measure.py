@@ -12,13 +12,8 @@ from flexarm_bringup.excite.drive import Channel, Drive, Driven, channels
 from flexarm_bringup.excite.held_arm import HeldArm
 from flexarm_bringup.excite.plan import Plan
 from flexarm_bringup.identify.measurement import COMMON, Records, SourceError
-from flexarm_model.identification.sensor_check import (
-    CheckedChannel,
-    Finding,
-    Pushes,
-    check_channels,
-    noise_floor,
-)
+from flexarm_model.identification.noise_floor import noise_floor
+from flexarm_model.identification.sensor_check import CheckedChannel, Finding, Pushes, check_channels
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 Array = NDArray[np.float64]

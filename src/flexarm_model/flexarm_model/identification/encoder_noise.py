@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.identification.sensor_check import noise_floor
+from flexarm_model.identification.noise_floor import noise_floor
 
 Array = NDArray[np.float64]
 ORDER = 4  # of the low-passes

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.identification.noise_floor import noise_floor
 from flexarm_model.modal.read_only import lock_arrays
 
 Array = NDArray[np.float64]
@@ -164,13 +165,6 @@ def _rival(c: int, channels: Sequence[CheckedChannel], likeness: Array) -> int:
     """Return the other channel of its unit that a channel resembles most."""
     rivals = [j for j, other in enumerate(channels) if other.unit == channels[c].unit and j != c]
     return max(rivals, key=lambda j: abs(likeness[c, j]), default=c)
-
-
-def noise_floor(y: Array) -> float:
-    """Return the standard deviation of the white part of a record (k,), whatever slow motion it has."""
-    known = y[np.isfinite(y)]
-    second = np.diff(known, 2)
-    return float(np.sqrt(np.mean(second**2) / 6)) if second.size else np.nan
 
 
 @dataclass(frozen=True)
