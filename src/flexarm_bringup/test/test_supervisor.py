@@ -89,6 +89,22 @@ def test_what_a_child_keeps_is_there_for_the_one_that_comes_back_and_not_for_the
             assert supervisor.log(program.name).read_text().splitlines() == ["up ''", "up 'mine'"]
 
 
+def test_two_graphs_that_log_into_one_folder_keep_apart_what_their_nodes_keep(tmp_path: Path) -> None:
+    """The second took away what the first had switched off, and took over what it switched later."""
+    program = python(
+        "import os, sys; from flexarm_model.process.kept import Kept; kept = Kept('/flexarm/p');"
+        "print('up', repr(kept.read()), flush=True); kept.keep(os.environ['RUN']); sys.stdin.read()"
+    )
+    command = [sys.executable, "-c", program.executable]
+    with Supervisor([program], tmp_path, {**os.environ, "RUN": "first"}, lambda _: command) as first:
+        until(lambda: len(list(tmp_path.rglob("*.kept"))) == 1)
+        with Supervisor([program], tmp_path, {**os.environ, "RUN": "second"}, lambda _: command):
+            until(lambda: len(list(tmp_path.rglob("*.kept"))) == 2)
+            assert {path.read_text() for path in tmp_path.rglob("*.kept")} == {"first", "second"}
+            assert "up ''" in first.log(program.name).read_text()
+    assert [path.name for path in tmp_path.iterdir()] == [f"{program.name}.log"]
+
+
 def test_a_child_that_hung_while_it_started_is_told_as_that_and_comes_back(tmp_path: Path) -> None:
     hanging = python(f"print('the outermost frame'); raise SystemExit({EXIT_STUCK})")
     with start(tmp_path, hanging) as supervisor:

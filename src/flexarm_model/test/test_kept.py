@@ -20,13 +20,9 @@ def test_a_process_finds_what_the_one_before_it_kept_last(tmp_path: Path) -> Non
     assert [path.name for path in tmp_path.iterdir()] == ["flexarm.estimator.kept"]
 
 
-def test_another_run_in_the_same_folder_begins_with_nothing_and_leaves_other_files_alone(
-    tmp_path: Path,
-) -> None:
-    (tmp_path / "estimator.log").write_text("said")
-    Kept(NAME, begin(tmp_path)).keep("of before")
-    assert Kept(NAME, begin(tmp_path)).read() == ""
-    assert (tmp_path / "estimator.log").read_text() == "said"
+def test_to_name_a_folder_again_takes_nothing_from_who_uses_it(tmp_path: Path) -> None:
+    Kept(NAME, begin(tmp_path)).keep("of a run that goes on")
+    assert Kept(NAME, begin(tmp_path)).read() == "of a run that goes on"
 
 
 def test_without_a_folder_it_lives_as_long_as_the_process() -> None:

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import TracebackType
 
 from flexarm_bringup.installed import find_executable
@@ -71,7 +72,8 @@ class Supervisor:
 
         Args:
             processes: What to start, in this order.
-            log_folder: Gets ``<name>.log`` with stdout and stderr of each, and what nodes keep over crashes.
+            log_folder: Gets ``<name>.log`` with stdout and stderr of each, and for the time of this run a
+                folder with what its nodes keep over crashes.
             environment: Of the children; see ``surroundings`` for what holds where it says nothing.
             command: Makes the command line of a process; None: the installed executable.
 
@@ -84,7 +86,8 @@ class Supervisor:
         self._children: dict[str, Child] = {}
         self._log_folder = log_folder
         log_folder.mkdir(parents=True, exist_ok=True)
-        self.environment |= begin(log_folder)
+        self._kept = TemporaryDirectory(prefix="kept_", dir=log_folder, ignore_cleanup_errors=True)
+        self.environment |= begin(Path(self._kept.name))
         self._command = command or self._installed
         self._crashes: dict[str, list[float]] = {process.name: [] for process in processes}
         self._told: set[str] = set()
@@ -186,6 +189,7 @@ class Supervisor:
                 break
         for child in self._children.values():
             child.line.close()
+        self._kept.cleanup()
         return self.exit_codes()
 
     def __enter__(self) -> Supervisor:

@@ -1,7 +1,7 @@
 """What a node keeps over its crashes: one text per node, in a folder of the run that who starts it names.
 
-Who starts nodes begins with an empty folder, so nothing of one run gets into another. Without a folder the
-text lives as long as the process.
+Who starts nodes makes a new folder for every run, so nothing of one run gets into another, not even of two
+that run at the same time. Without a folder the text lives as long as the process.
 """
 
 from __future__ import annotations
@@ -15,13 +15,7 @@ _SUFFIX = ".kept"
 
 
 def begin(folder: Path) -> dict[str, str]:
-    """Forget what an earlier run has kept in a folder; return what tells the nodes of this one about it.
-
-    Raises:
-        OSError: What is there cannot be removed.
-    """
-    for left in folder.glob(f"*{_SUFFIX}"):
-        left.unlink(missing_ok=True)
+    """Return what tells the nodes of a run about its folder, which no other run may have."""
     return {MARK: str(folder.absolute())}
 
 
