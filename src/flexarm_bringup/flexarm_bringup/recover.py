@@ -3,8 +3,8 @@
   flexarm recover BAG --output DIR
 
 BAG is a folder with one MCAP file, with or without metadata. What was recorded with and how is kept, so that
-the new bag can be replayed. What was changed since then is said as far as a checksum tells it. The exit code
-is 1 when something was left out or changed, as a checksum tells, and 2 when nothing can be recovered.
+the new bag can be replayed. What was changed since then is said as far as checksums and the form of records
+tell it. The exit code is 1 when something was left out or changed, and 2 when nothing can be recovered.
 """
 
 from __future__ import annotations

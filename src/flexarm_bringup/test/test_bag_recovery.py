@@ -14,8 +14,9 @@ from rosbag2_layout import qos, write_version
 
 from flexarm_bringup import cli
 from flexarm_bringup.bags.bag_reader import Record, check_bag
-from flexarm_bringup.bags.bag_recovery import CHUNK, MAGIC, recover_bag
+from flexarm_bringup.bags.bag_recovery import recover_bag
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, ORIGIN_FILE, BagError, BagWriter
+from flexarm_bringup.bags.mcap_records import CHUNK, MAGIC
 
 JOINTS = "/flexarm/joint_states"
 HEADER, CHUNK_HEADER = 9, 40  # bytes: of every record, and of a chunk without compression

@@ -103,6 +103,15 @@ def decode(record: Record) -> Any:
     return bag_types().deserialize_cdr(record.cdr, record.type)
 
 
+def trouble_decoding(record: Record) -> str:
+    """Return why a message cannot be decoded, and which; empty where it can."""
+    try:
+        decode(record)
+    except _BAD_MESSAGE as error:
+        return f"{record.name} at {record.log_time_ns} ns does not decode as {record.type}: {error}"
+    return ""
+
+
 def stamp_of(msg: Any) -> int:
     """Return the stamp in the header of a decoded message [ns]."""
     return int(msg.header.stamp.sec) * NS_PER_S + int(msg.header.stamp.nanosec)
@@ -222,8 +231,6 @@ def _check_counts(
 
 def _check_messages(path: Path, records: Sequence[Record]) -> None:
     for record in records:
-        try:
-            decode(record)
-        except _BAD_MESSAGE as error:
-            where = f"{record.name} at {record.log_time_ns} ns"
-            raise BagError(f"{path}: {where} does not decode as {record.type}: {error}") from error
+        trouble = trouble_decoding(record)
+        if trouble:
+            raise BagError(f"{path}: {trouble}")

@@ -1,42 +1,27 @@
 """What a recorder left that was killed or ran out of disk: a data file without an index, read as a stream.
 
-Records of an MCAP file follow one another, ``opcode (1), length (8), content``, and chunks hold more of them.
-They are read until the file ends in the middle of one; every message before that is whole. Chunks of rosbag2
-have a checksum: one that does not fit is left out, and said. Those of our recorder have none; that of a whole
-file, which it leaves when it closes it, tells of changes but not where they are.
+Its records are read until the file ends in the middle of one (``mcap_stream``); every message before that is
+whole. One that does not decode is left out, and said. A power cut may leave zeros where messages were. The
+checksum of a whole file, which our recorder leaves when it closes it, tells of changes but not where.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import struct
-import zlib
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
-from rosbags.rosbag2 import ReaderError
-from rosbags.rosbag2.metadata import parse_qos
 
 from flexarm_bringup.bags.bag_copy import copy_bag
-from flexarm_bringup.bags.bag_reader import Bag, Record, Topic
-from flexarm_bringup.bags.bag_types import bag_types
+from flexarm_bringup.bags.bag_reader import Bag, Record, trouble_decoding
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, ORIGIN_FILE, BagError, refuse_inside
-from flexarm_bringup.topics import find_stream
+from flexarm_bringup.bags.mcap_stream import McapStream
 
-MAGIC = b"\x89MCAP0\r\n"
-SCHEMA, CHANNEL, MESSAGE, CHUNK = 0x03, 0x04, 0x05, 0x06
-NAMING = (SCHEMA, CHANNEL)  # records that say what topics are called
-QOS = "offered_qos_profiles"
 METADATA, INFORMATION = "metadata.yaml", "rosbag2_bagfile_information"
-S_PER_NS = 1e-9
-_RECORD, _SHORT, _LENGTH = struct.Struct("<BQ"), struct.Struct("<H"), struct.Struct("<I")
-_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
-_CHUNK = struct.Struct("<QQQI")  # first and last time, size, checksum
-_SIZE = struct.Struct("<Q")
 
 
 @dataclass(frozen=True)
@@ -72,100 +57,31 @@ def recover_bag(path: Path, folder: Path) -> Recovery:
         other = "; SQLite is not recovered here, ros2 bag reindex does" if any(path.glob("*.db3")) else ""
         raise BagError(f"{path}: has {len(files)} MCAP files, one expected{other}")
     refuse_inside(folder, path)
-    data, found = files[0].read_bytes(), _Stream(files[0])
+    data, found = files[0].read_bytes(), McapStream(files[0])
     found.read(data)
-    doubts = (*found.doubts, *_doubts_of_file(files[0], data), *_doubts_of_count(path, len(found.records)))
-    if not found.records:
+    sound, undecoded = _decodable(found.records)
+    doubts = (
+        *found.doubts,
+        *undecoded,
+        *_doubts_of_file(files[0], data),
+        *_doubts_of_count(path, len(sound)),
+    )
+    if not sound:
         raise BagError("; ".join((f"{files[0]}: holds no whole message of a known type", *doubts)))
-    records = tuple(sorted(found.records, key=lambda record: record.log_time_ns))
+    records = tuple(sorted(sound, key=lambda record: record.log_time_ns))
     counts = Counter(record.name for record in records)
     topics = tuple(found.topics.values())
     return Recovery(copy_bag(Bag(path, records, counts, _origin(path), topics), folder, records), doubts)
 
 
-@dataclass
-class _Stream:
-    """What has been read so far."""
-
-    path: Path
-    types: dict[int, str] = field(default_factory=dict)
-    channels: dict[int, Topic] = field(default_factory=dict)
-    topics: dict[str, Topic] = field(default_factory=dict)
-    records: list[Record] = field(default_factory=list)
-    doubts: list[str] = field(default_factory=list)
-
-    def read(self, data: bytes) -> None:
-        """Read a file.
-
-        Raises:
-            BagError: It is empty, or not MCAP.
-        """
-        if not data:
-            raise BagError(f"{self.path}: is empty: the recorder ended before anything was written")
-        if not data.startswith(MAGIC):
-            raise BagError(f"{self.path}: is not an MCAP file")
-        content = memoryview(data)[len(MAGIC) :]
-        self._read_records(
-            content, NAMING
-        )  # a file that was closed says at its end, too, what topics are called
-        self._read_records(content, (*NAMING, MESSAGE, CHUNK))
-
-    def _read_records(self, data: memoryview, opcodes: Sequence[int]) -> None:
-        take = {SCHEMA: self._on_schema, CHANNEL: self._on_channel, MESSAGE: self._on_message}
-        for opcode, content, is_whole in _records(data):
-            if opcode not in opcodes:
-                continue
-            try:
-                if opcode == CHUNK:
-                    self._on_chunk(content, is_whole)
-                else:
-                    take[opcode](content)
-            except (struct.error, UnicodeDecodeError, LookupError, ReaderError):
-                return  # the end of what is whole
-
-    def _on_schema(self, content: memoryview) -> None:
-        (number,) = _SHORT.unpack_from(content)
-        self.types[number], _ = _text(content, 2)
-
-    def _on_channel(self, content: memoryview) -> None:
-        number, schema = _SHORT.unpack_from(content)[0], _SHORT.unpack_from(content, 2)[0]
-        name, at = _text(content, 4)
-        _, at = _text(content, at)
-        kind, about = self.types[schema], dict(_texts(content, at))
-        if kind in bag_types().types:
-            self.channels[number] = Topic(name, kind, tuple(parse_qos(about.get(QOS, ""))))
-            self.topics.setdefault(name, self.channels[number])
-
-    def _on_message(self, content: memoryview) -> None:
-        number, _, log_time_ns, _ = _MESSAGE.unpack_from(content)
-        topic = self.channels.get(number)
-        if topic is not None:
-            cdr = bytes(content[_MESSAGE.size :])
-            self.records.append(Record(topic.name, topic.type, log_time_ns, cdr))
-
-    def _on_chunk(self, content: memoryview, is_whole: bool) -> None:
-        begin_ns, end_ns, _, checksum = _CHUNK.unpack_from(content)
-        compression, at = _text(content, _CHUNK.size)
-        if compression:
-            raise BagError(
-                f"{self.path}: chunks are compressed with {compression}; only others are recovered"
-            )
-        (size,), records = _SIZE.unpack_from(content, at), content[at + _SIZE.size :]
-        if checksum and is_whole and (len(records) != size or zlib.crc32(records) != checksum):
-            times = f"{begin_ns * S_PER_NS:.9f} to {end_ns * S_PER_NS:.9f} s"
-            self.doubts.append(f"the messages of {times} are left out: their chunk was changed (CRC differs)")
-            self._name_topics(records)
-        else:
-            self._read_records(records, (*NAMING, MESSAGE))
-
-    def _name_topics(self, records: memoryview) -> None:
-        """Take from a chunk that was changed what it calls topics of the table: it may be the only one."""
-        named = _Stream(self.path, dict(self.types))
-        named._read_records(records, NAMING)
-        for number, topic in named.channels.items():
-            stream = find_stream(topic.name)
-            if stream is not None and stream.type == topic.type:
-                self.topics.setdefault(topic.name, self.channels.setdefault(number, topic))
+def _decodable(records: Sequence[Record]) -> tuple[list[Record], tuple[str, ...]]:
+    """Return the messages that decode, and what is to be said of the others."""
+    troubles = {i: trouble for i, record in enumerate(records) if (trouble := trouble_decoding(record))}
+    sound = [record for i, record in enumerate(records) if i not in troubles]
+    if not troubles:
+        return sound, ()
+    first = next(iter(troubles.values()))
+    return sound, (f"messages left out that cannot be decoded: {len(troubles)}, first {first}",)
 
 
 def _doubts_of_file(path: Path, data: bytes) -> tuple[str, ...]:
@@ -186,34 +102,6 @@ def _doubts_of_count(path: Path, count: int) -> tuple[str, ...]:
         return ()
     missing = "are missing, damaged or of a type that is not known here"
     return (f"{METADATA} tells of {told} messages: {told - count} {missing}",)
-
-
-def _records(data: memoryview) -> Iterator[tuple[int, memoryview, bool]]:
-    """Yield opcode and content of every record and whether it is whole; of a cut chunk what there is."""
-    at = 0
-    while at + _RECORD.size <= len(data):
-        opcode, length = _RECORD.unpack_from(data, at)
-        at += _RECORD.size
-        if at + length > len(data) and opcode != CHUNK:
-            return
-        yield opcode, data[at : at + length], at + length <= len(data)
-        at += length
-
-
-def _text(content: memoryview, at: int) -> tuple[str, int]:
-    (length,) = _LENGTH.unpack_from(content, at)
-    start = at + _LENGTH.size
-    return str(bytes(content[start : start + length]), "utf8"), start + length
-
-
-def _texts(content: memoryview, at: int) -> Iterator[tuple[str, str]]:
-    (length,) = _LENGTH.unpack_from(content, at)
-    at += _LENGTH.size
-    end = at + length
-    while at < end:
-        key, at = _text(content, at)
-        value, at = _text(content, at)
-        yield key, value
 
 
 def _metadata(path: Path, key: str) -> object:
