@@ -84,12 +84,13 @@ def test_the_graph_of_a_domain_that_is_none_is_not_listened_to(domain: str) -> N
     assert (found["verdict"], found["text"], found["cure"]) == ("FAULT", said, "take 0 to 101")
 
 
-PATIENCE = 60.0  # s
+PATIENCE, FOREVER = 60.0, 9223372036.0  # s; how DDS says that there is no limit, nearly
 TWINS = "2 nodes are called /flexarm/rig"
-MISFIT = "best effort, the subscriber wants reliable"
+MISFITS = "best effort publisher and reliable subscription", "deadline is less than publisher deadline"
 RIVALS = "guard_status: 2 speak, guard2, rig"
 TALKERS = """
 import rclpy, sys
+from rclpy.duration import Duration
 from rclpy.node import Node
 from std_msgs.msg import String
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -99,6 +100,8 @@ from flexarm_interfaces.msg import GuardStatus
 for node in (one, Node("guard2", namespace="flexarm")): node.create_publisher(GuardStatus, "guard_status", 1)
 one.create_publisher(String, "spoken", QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
 two.create_subscription(String, "spoken", print, 1)
+one.create_publisher(String, "punctual", 1)
+two.create_subscription(String, "punctual", print, QoSProfile(depth=1, deadline=Duration(seconds=0.05)))
 print("ready", flush=True)
 sys.stdin.read()
 """
@@ -112,7 +115,7 @@ def test_twin_nodes_two_guards_and_qualities_that_do_not_fit_are_named(
     with subprocess.Popen(talk, stdin=pipe, stdout=pipe, text=True, env=ros_environment) as talkers:
         assert talkers.stdout is not None and talkers.stdout.readline() == "ready\n"
         found = _ask_doctor(ros_environment)
-        wanted = TWINS, MISFIT, RIVALS
+        wanted = TWINS, *MISFITS, RIVALS
         deadline = time.monotonic() + PATIENCE  # who has just begun to speak may not have told it all yet
         while not all(each in found.stdout for each in wanted) and time.monotonic() < deadline:
             found = _ask_doctor(ros_environment)
@@ -126,6 +129,47 @@ def _ask_doctor(environment: dict[str, str]) -> subprocess.CompletedProcess[str]
     return subprocess.run(
         command, capture_output=True, text=True, check=False, timeout=2 * PATIENCE, env=environment
     )
+
+
+@pytest.mark.parametrize(
+    ("offered", "wished", "words"),
+    [
+        ({}, {}, ""),
+        ({"deadline": 0.02}, {"deadline": 0.05}, ""),
+        ({"deadline": FOREVER}, {"deadline": FOREVER}, ""),
+        ({"liveliness": "MANUAL_BY_TOPIC"}, {"liveliness": "AUTOMATIC"}, ""),
+        ({}, {"deadline": 0.05}, "subscription has a deadline, but publisher does not"),
+        ({"deadline": FOREVER}, {"deadline": 0.05}, "deadline"),
+        ({"deadline": 0.1}, {"deadline": 0.05}, "deadline"),
+        ({"liveliness": "AUTOMATIC"}, {"liveliness": "MANUAL_BY_TOPIC"}, "liveliness"),
+        ({}, {"liveliness_lease_duration": 0.05}, "lease"),
+        ({"durability": "VOLATILE"}, {"durability": "TRANSIENT_LOCAL"}, "volatile publisher and transient"),
+        ({"reliability": "BEST_EFFORT"}, {"reliability": "RELIABLE"}, "best effort publisher and reliable"),
+    ],
+)
+def test_a_quality_that_does_not_fit_is_told_whichever_it_is(
+    offered: dict[str, Any], wished: dict[str, Any], words: str
+) -> None:
+    """One with a deadline heard nothing, and every subscriber was said to hear every publisher."""
+    pytest.importorskip("rclpy")
+    from rclpy.duration import Duration
+    from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
+
+    from flexarm_bringup.doctor.graph_node import find_misfit
+
+    policies = {
+        "liveliness": LivelinessPolicy, "durability": DurabilityPolicy, "reliability": ReliabilityPolicy
+    }  # fmt: skip
+
+    def profile(values: dict[str, Any]) -> QoSProfile:
+        made = {
+            key: policies[key][value] if key in policies else Duration(seconds=value)
+            for key, value in values.items()
+        }
+        return QoSProfile(depth=1, **made)
+
+    found = find_misfit(profile(offered), profile(wished))
+    assert words in found and bool(found) == bool(words)
 
 
 @pytest.mark.parametrize(

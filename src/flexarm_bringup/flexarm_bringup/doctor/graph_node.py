@@ -9,7 +9,7 @@ from typing import Any
 
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState, ReducedModel
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.time import Time
 
 from flexarm_bringup.doctor.finding import Finding, Verdict
@@ -22,6 +22,7 @@ from flexarm_model.ros.tool_node import in_domain
 LISTEN = 3.0  # s
 EXCHANGE = 5.0  # s, longest that nodes need to take over a new model
 OWN = "doctor"
+_ERROR = "ERROR:"  # before each of rclpy's reasons
 ALONE = "model", "rig", "guard", "estimator"  # one of each; what goes to the guard others may send, too
 
 
@@ -107,23 +108,28 @@ def _qualities(node: Node) -> Iterator[Finding]:
     for topic, _ in node.get_topic_names_and_types():
         for offer in node.get_publishers_info_by_topic(topic):
             for wish in node.get_subscriptions_info_by_topic(topic):
-                reason = _mismatch(offer.qos_profile, wish.qos_profile)
+                reason = find_misfit(offer.qos_profile, wish.qos_profile)
                 if reason and OWN not in (offer.node_name, wish.node_name):
                     faults += 1
                     yield Finding(
                         "FAULT", "quality", f"{topic}: {wish.node_name} gets nothing from {offer.node_name}",
-                        f"the publisher {reason}",
+                        f"make them fit: {reason}",
                     )  # fmt: skip
     if not faults:
         yield Finding("ok", "quality", "every subscriber can hear every publisher of its topics")
 
 
-def _mismatch(offer: Any, wish: Any) -> str:
-    if wish.reliability == ReliabilityPolicy.RELIABLE and offer.reliability == ReliabilityPolicy.BEST_EFFORT:
-        return "is best effort, the subscriber wants reliable"
-    if wish.durability == DurabilityPolicy.TRANSIENT_LOCAL and offer.durability == DurabilityPolicy.VOLATILE:
-        return "is volatile, the subscriber wants transient local"
-    return ""
+def find_misfit(offer: QoSProfile, wish: QoSProfile) -> str:
+    """Return why a subscriber cannot hear a publisher, after rclpy; empty where it can.
+
+    Reliability, durability, deadline, liveliness and its lease are compared.
+    """
+    verdict, reasons = qos_check_compatible(offer, wish)
+    if verdict != QoSCompatibility.ERROR:
+        return ""
+    marked = (text.strip() for text in reasons.split(";"))
+    found = [text.removeprefix(_ERROR).strip() for text in marked if text.startswith(_ERROR)]
+    return ", ".join(text[:1].lower() + text[1:] for text in found)
 
 
 def look_at_models(heard: dict[str, Any]) -> Iterator[Finding]:
