@@ -45,6 +45,41 @@ def test_a_rig_that_the_net_can_command_is_told(value: str, verdict: str) -> Non
     assert of("discovery", installation(ROS_AUTOMATIC_DISCOVERY_RANGE=value)).verdict == verdict
 
 
+@pytest.mark.parametrize(
+    ("value", "verdict", "words"),
+    [
+        ("OFF", "FAULT", "nodes do not find each other"),
+        ("localhost", "FAULT", "'localhost': expected LOCALHOST, SUBNET, OFF, SYSTEM_DEFAULT"),
+        ("SYSTEM_DEFAULT", "hint", "settings of the middleware"),
+    ],
+)
+def test_a_range_of_discovery_is_told_as_what_it_does(value: str, verdict: str, words: str) -> None:
+    """All were told to let anybody on the net command the rig, also OFF."""
+    found = of("discovery", installation(ROS_AUTOMATIC_DISCOVERY_RANGE=value))
+    assert (found.verdict, words in found.text) == (verdict, True)
+
+
+@pytest.mark.parametrize(("user", "cure"), [(0, "SYS_NICE"), (1000, "rtprio 70")])
+def test_a_priority_that_the_kernel_refuses_is_not_told_as_allowed(
+    user: int, cure: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Root without the capability was said to have it."""
+
+    def refuse(*_: Any) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    monkeypatch.setattr(os, "geteuid", lambda: user)
+    found = of("priority", look_at_machine(Path()))
+    assert (found.verdict, cure in found.cure) == ("hint", True)
+
+
+def test_to_ask_for_a_priority_leaves_the_process_without() -> None:
+    before = os.sched_getscheduler(0)
+    assert of("priority", look_at_machine(Path())).verdict in {"ok", "hint"}
+    assert os.sched_getscheduler(0) == before
+
+
 def test_security_without_keys_or_not_enforced_is_a_fault(tmp_path: Path) -> None:
     on = {"ROS_SECURITY_ENABLE": "true"}
     keys = {"ROS_SECURITY_KEYSTORE": str(tmp_path)}

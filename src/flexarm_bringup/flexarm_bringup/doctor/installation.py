@@ -18,6 +18,13 @@ from flexarm_model.process.security import (
     with_enclave,
 )
 
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+RANGES = {
+    "LOCALHOST": "this machine only",
+    "SUBNET": "anybody on the net may see and command this rig",
+    "OFF": "nodes do not find each other, not even on this machine",
+    "SYSTEM_DEFAULT": "settings of the middleware say who may see and command this rig",
+}
 DOMAINS = range(0, 102)  # those whose ports leave the ephemeral ones of Linux alone
 
 
@@ -51,13 +58,16 @@ def _domain(environment: Mapping[str, str]) -> Finding:
 
 
 def _range(environment: Mapping[str, str]) -> Finding:
-    value = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET") or "SUBNET"
+    value = environment.get(RANGE) or "SUBNET"
     if value == "LOCALHOST":
-        return Finding("ok", "discovery", "this machine only")
-    return Finding(
-        "hint", "discovery", f"{value}: anybody on the net may see and command this rig",
-        "export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, unless nodes run on several machines",
-    )  # fmt: skip
+        return Finding("ok", "discovery", RANGES[value])
+    if value not in RANGES:
+        expected = f"expected {', '.join(RANGES)}; ROS takes it for LOCALHOST"
+        return Finding("FAULT", "discovery", f"{RANGE}: '{value}': {expected}", f"export {RANGE}=LOCALHOST")
+    cure = f"export {RANGE}=LOCALHOST, unless nodes run on several machines"
+    if value == "OFF":
+        cure = f"export {RANGE}=LOCALHOST, or SUBNET where nodes run on several machines"
+    return Finding("FAULT" if value == "OFF" else "hint", "discovery", f"{value}: {RANGES[value]}", cure)
 
 
 def look_at_security(environment: Mapping[str, str] = os.environ) -> Finding:

@@ -7,6 +7,7 @@ import platform
 import resource
 import shutil
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -59,13 +60,30 @@ def _cores() -> Finding:
 
 
 def _priority() -> Finding:
-    limit = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
-    if os.geteuid() == 0 or limit >= REALTIME_PRIORITY:
+    refusal = _refusal_of_priority()
+    if not refusal:
         return Finding("ok", "priority", f"SCHED_RR {REALTIME_PRIORITY} is allowed")
-    return Finding(
-        "hint", "priority", f"SCHED_RR up to {limit} only",
-        f"'rtprio {REALTIME_PRIORITY}' for your user in /etc/security/limits.d, then log in again",
-    )  # fmt: skip
+    limit = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
+    cure = f"'rtprio {REALTIME_PRIORITY}' for your user in /etc/security/limits.d, then log in again"
+    if os.geteuid() == 0:  # without the rights of root, as in most containers
+        cure = "start the container with the capability SYS_NICE (docker run --cap-add SYS_NICE)"
+    return Finding("hint", "priority", f"SCHED_RR {REALTIME_PRIORITY}: {refusal}; rtprio is {limit}", cure)
+
+
+def _refusal_of_priority() -> str:
+    """Return why the kernel refuses a thread the priority of a node; empty where it grants it."""
+    refusals: list[str] = []
+
+    def ask() -> None:
+        try:
+            os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(REALTIME_PRIORITY))  # of this thread alone
+        except OSError as error:
+            refusals.append(error.strerror or "refused")
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    thread.join()
+    return "".join(refusals)
 
 
 def _governor() -> Finding:
