@@ -16,12 +16,13 @@ US = 1e-6
 
 def test_every_single_run_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     """The shortest of three hid every late step of ours."""
-    clock = iter(np.cumsum([0, 5] * bench_mpc.REPEATS * 4) * 1000)
+    runs = 1 + bench_mpc.REPEATS
+    clock = iter(np.cumsum([0, 5] * runs * 4) * 1000)
     monkeypatch.setattr(bench_mpc.time, "thread_time_ns", lambda: int(next(clock)))
     asked: list[int] = []
     times = bench_mpc.times_of(asked.append, range(4))
-    assert asked == [*range(4)] * bench_mpc.REPEATS
-    assert np.allclose(times, 5 * US) and times.shape == (bench_mpc.REPEATS, 4)
+    assert asked == [*range(4)] * runs
+    assert np.allclose(times, 5 * US) and times.shape == (runs, 4)
 
 
 def test_ratios_are_of_the_same_steps_as_often(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -39,7 +40,7 @@ def test_ratios_are_of_the_same_steps_as_often(monkeypatch: pytest.MonkeyPatch) 
         asked["do_mpc"] = window
         return 500.0 * spent[:, window]
 
-    monkeypatch.setattr(bench_mpc, "time_ours", lambda _: (spent, binding, 0))
+    monkeypatch.setattr(bench_mpc, "time_ours", lambda _: (np.vstack([100.0 * spent[:1], spent]), binding, 0))
     monkeypatch.setattr(bench_mpc, "time_sparse", sparse)
     monkeypatch.setattr(bench_mpc, "time_do_mpc", do_mpc)
     monkeypatch.setattr(bench_mpc.importlib.util, "find_spec", lambda name: name)
