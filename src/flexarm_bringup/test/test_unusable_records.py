@@ -121,11 +121,11 @@ def test_a_band_beside_all_lines_is_refused_without_a_warning(
     assert "no line in 500.0..900.0 Hz" in refused([changed(tmp_path), "--band", "500", "900"], capsys)
 
 
-def test_an_output_that_says_nothing_is_drawn_and_has_no_mode(tmp_path: Path) -> None:
+def test_an_output_that_says_nothing_is_drawn_and_has_no_mode_which_is_no_success(tmp_path: Path) -> None:
     path, page = responses(tmp_path, **{"a/f": np.zeros(590)}), tmp_path / "page.html"
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert cli.main(["identify", path, "--html", str(page)]) == 0
+        assert cli.main(["identify", path, "--html", str(page)]) == 1
     assert "no mode stands out" in page.read_text()
 
 
