@@ -22,10 +22,12 @@ ALIKE = 1.0  # sigmas of all that was measured, between what two do that change 
 
 
 def merged(serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[ModeTable]) -> tuple[Unknown, ...]:
-    """Return the unknowns, those that nothing tells apart as one.
+    """Return the unknowns, those that nothing tells apart as one, in their order.
 
-    Raises:
-        ValueError: The model has fewer modes than a table.
+    Args:
+        serve: Modes of the changed description.
+        unknowns: As they were named.
+        tables: The measured modes, of a pose each.
     """
     kept: list[Unknown] = []
     moved: dict[Unknown, Array] = {}
