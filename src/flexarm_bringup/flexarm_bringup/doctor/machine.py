@@ -75,6 +75,7 @@ def _refusal_of_priority() -> str:
     refusals: list[str] = []
 
     def ask() -> None:
+        """Ask for it; what the kernel says is kept."""
         try:
             os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(REALTIME_PRIORITY))  # of this thread alone
         except OSError as error:

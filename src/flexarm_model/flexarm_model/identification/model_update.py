@@ -146,20 +146,31 @@ def _fit(
         residual, np.zeros(len(free)), jac=jacobian, x_scale=spread[where], ftol=DONE, xtol=DONE,
         max_nfev=FIT_ROUNDS,
     )  # fmt: skip
-    x = full(found.x)
+    update = _judged(serve, unknowns, tables, full(found.x), widened, where)
+    before, settled = np.expm1(before), found.status != 0
+    return replace(update, before=before, refused=tuple(refused), is_settled=settled)
+
+
+def _judged(
+    serve: Serve,
+    unknowns: tuple[Unknown, ...],
+    tables: Sequence[ModeTable],
+    x: Array,
+    widened: float,
+    where: Sequence[int],
+) -> Update:
+    """Return what the answer x (n_unknowns,) of a fit is worth; ``where`` are the unknowns that were free."""
+    spread = np.array([unknown.spread for unknown in unknowns])
     left, log_f = misfit(serve, unknowns, tables, x)
     J, S = _slopes(serve, unknowns, tables, x, range(len(unknowns)))
     information = J.T @ J / widened**2
     covariance = np.linalg.inv(information + np.diag(spread**-2.0))
     sigma = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(sigma, sigma)
-    errors = np.expm1(before), np.expm1(log_f)
     spent = np.trace((covariance @ information)[np.ix_(where, where)])
     per_freedom = float(np.linalg.norm(left) / np.sqrt(max(left.size - spent, 1.0)))
-    return Update(
-        unknowns, x, sigma, correlation, S, *errors, {}, tuple(refused),
-        is_settled=found.status != 0, misfit=per_freedom,
-    )  # fmt: skip
+    after = np.expm1(log_f)
+    return Update(unknowns, x, sigma, correlation, S, after, after, {}, misfit=per_freedom)
 
 
 def _slopes(
