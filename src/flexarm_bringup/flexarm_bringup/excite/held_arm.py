@@ -75,6 +75,7 @@ class HeldArm:
         self.ranges = guard_limits(config, tree, GuardSettings()).ranges
         self.dt = round(1e9 / config.rate_hz) * 1e-9
         self._law = JointPd(self.model, ControllerConfig(period=self.dt), MpcConfig(delay_periods=DELAY))
+        self._plant = plant(self.model, self.dt)
         loop = JointLoop(self.model, self.dt, DELAY)
         if not loop.is_stable(self._law.K_p, self._law.K_d):
             raise ValueError(
@@ -125,7 +126,7 @@ class HeldArm:
 
     def respond(self, added: Array) -> Answer:
         """Return the answer to a torque added from rest on, (n, n_theta) [N m or N]."""
-        system, m, gain = plant(self.model, self.dt), self.model.n_theta, self._gain()
+        system, m, gain = self._plant, self.model.n_theta, self._gain()
         A, driven = system.A - system.B @ gain, added @ system.B.T  # (n, n_x)
         x = np.zeros((len(added) + 1, system.n_x))
         for k, push in enumerate(driven):
@@ -141,7 +142,7 @@ class HeldArm:
 
         Velocities are differences of positions, smoothed as the drives do; a torque acts one period later.
         """
-        system, m, gain = plant(self.model, self.dt), self.model.n_theta, self._gain()
+        system, m, gain = self._plant, self.model.n_theta, self._gain()
         kinds = {spec.site: spec.sigma[0] for spec in self.config.sensors if spec.kind == "encoder"}
         sigma = np.array([kinds.get(axis, 0.0) for axis in self.config.actuated])
         noise = sigma * np.random.default_rng(seed).standard_normal((count + 1, m))
@@ -157,6 +158,6 @@ class HeldArm:
     def _gain(self) -> Array:
         """Return the torque per state, turned about, (n_theta, n_x)."""
         m, n = self.model.n_theta, self.model.n
-        gain = np.zeros((m, plant(self.model, self.dt).n_x))
+        gain = np.zeros((m, self._plant.n_x))
         gain[:, :m], gain[:, n : n + m] = np.diag(self._law.K_p), np.diag(self._law.K_d)
         return gain
