@@ -75,12 +75,24 @@ class Projection:
         """Return what is left of the data, (2 k n_in n_out,)."""
         return self._evaluate(p)[2].ravel()
 
-    def jacobian(self, p: Array) -> Array:
-        """Return its derivative, (2 k n_in n_out, n_p)."""
-        X, Q, _ = self._evaluate(p)
-        changes = self._changes(p, X)  # (n_p, rows, n_out)
-        changes -= Q @ (Q.T @ changes)
-        return -changes.reshape(len(changes), -1).T
+    def compressed(self, p: Array) -> tuple[Array, Array]:
+        """Return J (q, n_p) and r (q,) with the Gram matrix of the Jacobian and the residual, q over n_p.
+
+        A column of the Jacobian is ``D_a psi_a``, ``D_a`` two columns that all outputs share: these alone are
+        decomposed, ``[D r] = Q T``, and ``T`` stands for them from there on.
+        """
+        X, Q, rest = self._evaluate(p)
+        D = self._derivatives(p)
+        D -= Q @ (Q.T @ D)
+        T = np.asarray(np.linalg.qr(np.hstack([D, rest]), mode="r"))
+        pairs = T[:, : D.shape[1]].reshape(len(T), -1, 2)
+        psi = X[: 2 * self.n_modes].reshape(self.n_modes, 2, -1)
+        psi = psi[np.concatenate([np.arange(self.n_modes), self.free[:, 0]])]  # (r + m, 2, n_out)
+        turned = np.stack([-psi[:, 1], psi[:, 0]], axis=1)  # j psi
+        real, imaginary = (np.einsum("qac,aco->aqo", pairs, shape) for shape in (psi, turned))
+        poles, entries = slice(0, self.n_modes), slice(self.n_modes, None)
+        changes = np.concatenate([-real[poles], imaginary[poles], real[entries], imaginary[entries]])
+        return -changes.reshape(len(changes), -1).T, T[:, D.shape[1] :].ravel()
 
     def _evaluate(self, p: Array) -> tuple[Array, Array, Array]:
         if not np.array_equal(p, self._at):
@@ -88,24 +100,16 @@ class Projection:
             self._at, self._parts = p.copy(), (X, Q, self.Y - Q @ (Q.T @ self.Y))
         return self._parts
 
-    def _changes(self, p: Array, X: Array) -> Array:
-        """Return dPhi/dp X, (n_p, rows, n_out)."""
+    def _derivatives(self, p: Array) -> Array:
+        """Return dPhi by every pole and by every free participation, two columns each, (rows, 2 (r + m))."""
         poles, L = self.unpack(p)
         one = 1 / (self.basis.s - poles[:, None])  # (r, k)
         two = 1 / (self.basis.s - poles.conj()[:, None])
-        columns = [
-            self.basis.mode_columns(-(one**2), -(two**2), L),
-            self.basis.mode_columns(1j * one**2, -1j * two**2, L),
-        ]
-        modes = [np.arange(self.n_modes)] * 2
-        for unit in (1.0, 1j):
-            entry = np.zeros((len(self.free), L.shape[1]), dtype=complex)
-            entry[np.arange(len(self.free)), self.free[:, 1]] = unit
-            modes.append(self.free[:, 0])
-            columns.append(self.basis.mode_columns(one[self.free[:, 0]], two[self.free[:, 0]], entry))
-        pairs = np.hstack(columns).reshape(self.Y.shape[0], -1, 2)  # (rows, n_p, 2)
-        weights = X[: 2 * self.n_modes].reshape(self.n_modes, 2, -1)[np.concatenate(modes)]  # (n_p, 2, n_out)
-        return np.asarray(np.einsum("apc,pco->pao", pairs, weights))
+        modes, inputs = self.free.T
+        unit = np.zeros((len(self.free), L.shape[1]), dtype=complex)
+        unit[np.arange(len(self.free)), inputs] = 1.0
+        of_poles = self.basis.mode_columns(one**2, two**2, L)
+        return np.hstack([of_poles, self.basis.mode_columns(one[modes], two[modes], unit)])
 
 
 class JointProjection:
@@ -126,9 +130,9 @@ class JointProjection:
         """Return what is left of the data of all parts, one after the other, (n_data,)."""
         return np.concatenate([part.residual(p) for part in self.parts])
 
-    def jacobian(self, p: Array) -> Array:
-        """Return its derivative, (n_data, n_p)."""
-        return np.vstack([part.jacobian(p) for part in self.parts])
+    def compressed(self, p: Array) -> Array:
+        """Return ``[J r]`` of all parts with their Gram matrix, (q, n_p + 1)."""
+        return np.vstack([np.column_stack(part.compressed(p)) for part in self.parts])
 
     @property
     def n_spare(self) -> int:
@@ -162,6 +166,6 @@ class Compressed:
 
     def _evaluate(self, p: Array) -> Array:
         if not np.array_equal(p, self._at):
-            both = np.column_stack([self._problem.jacobian(p), self._problem.residual(p)])
+            both = self._problem.compressed(p)
             self._at, self._triangle = p.copy(), np.asarray(np.linalg.qr(both, mode="r"))
         return self._triangle
