@@ -5,7 +5,8 @@ this session and of the model that is served; it cuts torque and its rate to the
 command keeps the last torque; then it fades to what holds the arm, reached after 50 ms. A command that cannot
 be meant, 50 ms of silence, positions and velocities that cannot both be true, an axis too fast for the end of
 its range or for any place, a strain beyond its limit, or motors that put in too much energy latch a stop: the
-arm is braked to rest and held there, until somebody arms the guard. All time comes from the caller.
+arm is braked to rest and held there, until somebody arms the guard. Where braking is in vain it gives up, and
+leaves the arm to the drives and their brakes. All time comes from the caller.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from flexarm_controller.guarding.arm_brake import ArmBrake
 from flexarm_controller.guarding.checks import over_speed, overstrained, too_fast, too_much_energy, unusable
 from flexarm_controller.guarding.energy import EnergyWindow
 from flexarm_controller.guarding.joint_range import JointRange
@@ -21,7 +23,6 @@ from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.messages import GuardCommand, GuardState
 from flexarm_controller.guarding.plausibility import Plausibility
 from flexarm_controller.guarding.rest_watch import RestWatch
-from flexarm_controller.guarding.stop_brake import StopBrake
 
 __all__ = ["Braking", "Guard", "GuardCommand", "GuardLimits", "GuardState", "JointRange", "Loads"]
 
@@ -46,6 +47,7 @@ class Guard:
         age: Age of the command in use [s]; -1 when there is none.
         energy: That the motors have put in over the last ``limits.energy_window`` [J].
         holding: Torque that holds the arm where it is [N m] or [N].
+        has_given_up: Braking was in vain: until the arm rests there is nothing but what holds it.
     """
 
     def __init__(self, limits: GuardLimits) -> None:
@@ -56,15 +58,14 @@ class Guard:
         self.passed = self.limited = self.refused = 0
         self.ticks = self.ticks_without_command = 0
         self.age, self.energy = -1.0, 0.0
+        self._brakes, self.has_given_up = ArmBrake(limits), False
         self._sequence, self._used = -1, -math.inf  # of the newest command let through
         self._deadline, self._silent = 0.0, 0
         self._before, self._since = "", math.inf  # model served before, and when it was replaced
         self._loads, self._window = limits.loads, EnergyWindow(limits.energy_window, limits.period)
-        self._tau = self.holding = self._borne(limits.loads.holding)
+        self._tau = self.holding = limits.borne(limits.loads.holding)
         self._low, self._high = [-e for e in limits.effort], list(limits.effort)
         self._reach = [rate * limits.period for rate in limits.effort_rate]  # of a torque in a period
-        self._brakes = [StopBrake(limits, axis) for axis in range(len(limits.effort))]
-        self._braked = 0  # periods since braking began
         self._rest = RestWatch(len(limits.effort), limits.period, limits.rest_velocity, limits.label)
         self._plausibility = Plausibility(limits)
 
@@ -72,6 +73,11 @@ class Guard:
     def has_watched(self) -> bool:
         """Whether it has been told for long enough how the arm moves, also before the last stop."""
         return self.mode != STOPPED or self._rest.is_full
+
+    @property
+    def leaves_drives(self) -> bool:
+        """Whether the drives are to be left to themselves: it has given up and taken its torque back."""
+        return self.has_given_up and self._tau == self.holding
 
     def unready(self, must_know: bool = False) -> str:
         """Return why it cannot be armed now; empty when it can, or is.
@@ -98,6 +104,7 @@ class Guard:
         self.mode, self.reason, self.refusal, self.token = ARMED, "", "", token
         self._sequence, self._used, self._deadline = -1, -math.inf, t + self.limits.arming_time
         self._plausibility.trust()
+        self._brakes.begin_anew()
         return True
 
     def stop(self, reason: str) -> None:
@@ -105,6 +112,11 @@ class Guard:
         if self.mode == ARMED:
             self.mode, self.reason, self.token = BRAKING, reason, 0
             self._rest.forget()
+
+    def release(self, reason: str) -> None:
+        """Latch a stop because the drives obey no more; the arm is to be held where they leave it."""
+        self.stop(reason)
+        self._brakes.begin_anew()
 
     def serve(self, model_id: str, t: float) -> None:
         """Note which model is served from now on; commands of the one before pass for a while."""
@@ -131,10 +143,10 @@ class Guard:
         self.ticks += 1
         state = self._plausibility.look(state, t)
         if self._plausibility.has_switched:
-            self._braked = 0
+            self._brakes.begin_anew()
         self.energy = self._window.add(self._tau, state.velocity)
         self._rest.add(state.velocity)
-        self.holding = self._borne(self._loads.holding_at(state.position))
+        self.holding = self.limits.borne(self._loads.holding_at(state.position))
         self._set_bounds(state)
         passed = self.passed
         wanted = self._follow(command, state, t) or self._brake(state)
@@ -195,8 +207,8 @@ class Guard:
     def _pass(self, command: GuardCommand) -> Sequence[float]:
         """Take a command and return its torque."""
         self._sequence, self._used = command.sequence, command.t
-        self._deadline, self._silent, self._braked = command.t + self.limits.max_age, 0, 0
-        self.passed += 1
+        self._deadline, self._silent, self.passed = command.t + self.limits.max_age, 0, self.passed + 1
+        self._brakes.begin_anew()
         return command.effort
 
     def _bridge(self, t: float) -> Sequence[float]:
@@ -214,27 +226,15 @@ class Guard:
         fading = left / (left + self.limits.period) if self._silent > BRIDGED else 1.0
         return [h + fading * (tau - h) for tau, h in zip(self._tau, self.holding, strict=True)]
 
-    def _brake(self, state: GuardState) -> list[float]:
+    def _brake(self, state: GuardState) -> Sequence[float]:
         """Return the torque that brings the arm to rest and holds it there."""
-        unknown = (math.nan,) * len(self._brakes)
-        told = [row if len(row) == len(unknown) else unknown for row in (state.position, state.velocity)]
-        axes = list(zip(self._brakes, *told, strict=True))
-        for brake, q, v in axes:
-            if self._braked == 0:
-                brake.begin(q, v)
-            elif self._braked == 1:
-                brake.revise(q, v)
-        self._braked += 1
         if self.mode == BRAKING and self._rest.is_full and not self._rest.judge():
-            self.mode = STOPPED
-        wanted = [brake.acceleration(q, v, self._loads.rate) for brake, q, v in axes]
-        turning = [0.0 if brake.is_held else v for brake, _, v in axes]  # noise squared would push
-        moving = self._loads.moving(wanted, turning)
-        return [h + tau for h, tau in zip(self.holding, moving, strict=True)]
-
-    def _borne(self, holding: Sequence[float]) -> list[float]:
-        """Return of a holding torque what the motors can bear."""
-        return [max(-most, min(most, held)) for held, most in zip(holding, self.limits.effort, strict=True)]
+            self.mode, self.has_given_up = STOPPED, False
+        beyond = [tau - h for tau, h in zip(self._tau, self.holding, strict=True)]
+        if not self.has_given_up and (fault := self._brakes.fails(beyond, state.velocity)):
+            self.mode, self.reason, self.has_given_up = BRAKING, f"{fault} (before: {self.reason})", True
+            self._rest.forget()
+        return self.holding if self.has_given_up else self._brakes.torque(state, self._loads, self.holding)
 
     def _set_bounds(self, state: GuardState) -> None:
         """Bound the torque; what pushes an axis out of its range fades where it may not move on."""

@@ -166,7 +166,7 @@ class GuardNode(ManagedNode):
 
     def on_release(self, reason: str) -> None:
         """Learn from the drives that they obey this guard no more, or why they let go of the one before."""
-        self.guard.stop(reason)
+        self.guard.release(reason)
         if self.guard.reason == NOT_ARMED_YET:
             self.guard.reason = f"{NOT_ARMED_YET}; before: {reason}"
         self._voice.say_if_time_stands(reason)

@@ -65,9 +65,13 @@ class GuardVoice:
         return self._effort.get_subscription_count(), self._status.get_subscription_count()
 
     def send(self, effort: Sequence[float], seal: Seal | None) -> None:
-        """Publish torques, if there is a seal for them, and the status if it is time."""
+        """Publish torques, if there is a seal for them, and the status if it is time.
+
+        By the clock drives that are to be left to themselves hear no torque; in lockstep time would stand.
+        """
         exchange, is_status_due = self._exchange, self._is_due()
-        if seal is not None:
+        is_left = exchange.guard.leaves_drives and not self._is_lockstep
+        if seal is not None and not is_left:
             mark = Mark(exchange.guard.mode != STOPPED, self._count + is_status_due)
             self._effort.publish(self._writer.write(effort, exchange.answer_ns, seal, mark))
         if is_status_due:

@@ -15,6 +15,7 @@ PURE = [
     "guard.py",
     *(f"guarding/{name}.py" for name in ("axis_label", "checks", "energy", "joint_range", "limits", "loads")),
     *(f"guarding/{name}.py" for name in ("messages", "plausibility", "rest_watch", "stop_brake")),
+    *(f"guarding/{name}.py" for name in ("arm_brake", "obedience")),
 ]
 
 

@@ -299,7 +299,7 @@ def test_coupled_axes_are_braked_together():
     coupled = replace(WEIGHTLESS, inertia=((0.1, 0.02), (0.02, 0.5)))
     guard = Guard(replace(QUICK, loads=coupled))
     tau = guard.step(None, GuardState((1.0, -1.0), (0.0, 0.0)), 0.0)
-    a = guard._brakes[0].acceleration(0.0, 1.0), guard._brakes[1].acceleration(0.0, -1.0)
+    a = guard._brakes.axes[0].acceleration(0.0, 1.0), guard._brakes.axes[1].acceleration(0.0, -1.0)
     assert tau == pytest.approx([0.1 * a[0] + 0.02 * a[1], 0.02 * a[0] + 0.5 * a[1]])
     assert a[0] <= -5.0 and a[1] >= 4.0
 
@@ -312,7 +312,7 @@ def test_an_armed_guard_holds_the_arm_until_the_first_command_and_brakes_anew_af
     guard.step(command(0.005), GuardState((0.0, 0.0), (0.2, 0.0)), 0.005)
     guard.stop("test")
     stand(guard, 0.01, GuardState((0.0, 0.0), (0.2, 0.0)))
-    assert guard.mode == STOPPED and guard._brakes[0].end == 0.2
+    assert guard.mode == STOPPED and guard._brakes.axes[0].end == 0.2
 
 
 def test_a_silent_controller_fades_to_what_holds_the_arm():

@@ -66,6 +66,22 @@ node.deactivate()
 print(*said[-1])
 """
 
+IN_VAIN = """
+from flexarm_controller.drives.seal import Seal
+sent = []
+node._voice._effort.publish = lambda msg: sent.append(guard.reason)
+node._drives.seal = Seal("secret")
+for k in range(200):
+    clock[0] += 1e-9 * period
+    msg = JointState(name=list(node.exchange.names), position=[0.0], velocity=[10.0])
+    msg.header.stamp = ns_to_stamp(10**18 + k * period)
+    node.on_sensor("drive_states", msg)
+    node._answer()
+    if guard.leaves_drives:
+        break
+print(guard.mode, len(sent) == k, guard.reason)
+"""
+
 
 @pytest.mark.parametrize(
     ("stood", "said"),
@@ -81,3 +97,8 @@ def test_nobody_is_told_armed_while_the_drives_are_silent():
 
 def test_a_guard_that_is_deactivated_says_that_it_stopped():
     assert run_beside(NODE, LAST_WORDS) == ["2 guard deactivated"]
+
+
+def test_drives_that_braking_drives_on_hear_no_torque_any_more():
+    (said,) = run_beside(NODE, IN_VAIN)
+    assert said.startswith("braking True axis 1 (base.rz) is braked and gets no slower")

@@ -109,7 +109,10 @@ class Hardware:
 
     def advance(self) -> list[Sample]:
         """Move by one period under the torque chosen before; return what the sensors deliver."""
-        self.drives.is_released |= self.guard.mode != STOPPED
+        if self.guard.leaves_drives:
+            self.drives.close_brakes()
+        elif self.guard.mode != STOPPED and not self.guard.has_given_up:
+            self.drives.open_brakes()
         self._seen = self._measured()
         return self._hear_gauges(self.drives.advance())
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexarm_controller.guarding.axis_label import AxisLabel, number_axis
@@ -77,6 +78,10 @@ class GuardLimits:
     def label(self, axis: int) -> AxisLabel:
         """Return what messages call an axis."""
         return self.labels[axis] if self.labels else number_axis(axis)
+
+    def borne(self, holding: Sequence[float]) -> list[float]:
+        """Return of a holding torque what the motors can bear [N m] or [N]."""
+        return [max(-most, min(most, held)) for held, most in zip(holding, self.effort, strict=True)]
 
     def gauge(self, gauge: int) -> str:
         """Return what messages call a gauge, "gauge 2 (root_strain)"."""
