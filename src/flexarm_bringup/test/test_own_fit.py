@@ -25,10 +25,10 @@ def test_a_fit_has_all_that_makes_it_unsure_and_no_damping_that_the_page_does_no
     fit = PoleFit(model, 1e-3 * two, 1e-4 * two, 3.0 * two, two > 2.0, True, 1)
     result = SimpleNamespace(
         found=SimpleNamespace(fit=fit), scatter=Scatter(4e-3 * two, 3e-4 * two),
-        methods=Scatter(3e-3 * two, 4e-4 * two), mirrored=(None, None),
+        methods=Scatter(3e-3 * two, 4e-4 * two), mirrored=(None, None), shadows=(None, None),
         needed_lines=WINDOWED_LINES if is_windowed else NEEDED_LINES,
     )  # fmt: skip
-    monkeypatch.setattr(run, "without_mirrored", lambda fit, mirrored: fit)
+    monkeypatch.setattr(run, "without_mirrored", lambda fit, others: fit)
     assert Result.own_fit.fget is not None
     own = Result.own_fit.fget(cast(Result, result))
     assert own is not None

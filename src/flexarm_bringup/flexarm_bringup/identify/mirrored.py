@@ -76,9 +76,14 @@ def mirrored_modes(fit: PoleFit, sampled: Sampled) -> tuple[Mirrored | None, ...
     return tuple(Mirrored(float(f_hz[i]), sampled.rate_hz) if i >= 0 else None for i in which)
 
 
-def without_mirrored(fit: PoleFit | None, mirrored: Sequence[Mirrored | None]) -> PoleFit | None:
-    """Return the modes that the arm has where they were found; None where there are none."""
-    own = np.array([mode is None for mode in mirrored], bool)
+def without_mirrored(fit: PoleFit | None, others: Sequence[object | None]) -> PoleFit | None:
+    """Return the modes that the arm has where they were found; None where there are none.
+
+    Args:
+        fit: All poles.
+        others: What each is instead; None where it is a mode.
+    """
+    own = np.array([other is None for other in others], bool)
     if fit is None or not own.any():
         return None
     model = replace(fit.model, poles=fit.model.poles[own], residues=fit.model.residues[own])

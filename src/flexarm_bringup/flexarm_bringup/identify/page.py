@@ -26,6 +26,7 @@ MOST_LEFT = 20.0  # of the responses, beyond which the modes are not what was me
 KNOWN = 0.1  # sigma of a damping over it, up to which it is known
 NOTHING = Check("modes that stand out of the noise in this band", "one at least", "none", False)
 PERHAPS = "of a faster mode?"  # a pole that a mode above half the rate explains best
+SHADOW = "of no mode?"  # a pole that no linear arm has
 
 
 def build_page(files: Sequence[Path], result: Result, measured: Sequence[Table] = ()) -> Page:
@@ -73,7 +74,7 @@ def _modes(result: Result, fit: PoleFit) -> Table:
         rows.append([
             i + 1, float(f), float(f_std[i]), PERCENT * float(zeta), PERCENT * float(zeta_std[i]),
             float(fit.lines_per_bandwidth[i]),
-            PERHAPS if result.mirrored[i]
+            PERHAPS if result.mirrored[i] else SHADOW if result.shadows[i]
             else _knowledge(result, float(fit.lines_per_bandwidth[i]), float(zeta), float(zeta_std[i])),
             PERCENT * _collinearity(_shape(result, i)),
         ])  # fmt: skip
@@ -85,6 +86,7 @@ def _modes(result: Result, fit: PoleFit) -> Table:
         "leakage, and ± tells noise only",
         f"a damping is known where its ± is at most {PERCENT * KNOWN:g} % of it",
         *_faster(result, fit),
+        *_shadows(result, fit),
     ]
     return Table("Modes", heads, rows, notes)
 
@@ -96,6 +98,16 @@ def _faster(result: Result, fit: PoleFit) -> list[str]:
         f"it shows at {faster.seen_hz:.1f} Hz; nothing is fitted to it"
         for f, faster in zip(fit.model.f_hz, result.mirrored, strict=True)
         if faster
+    ]
+
+
+def _shadows(result: Result, fit: PoleFit) -> list[str]:
+    """Return which poles are none of a linear arm."""
+    return [
+        f"{f:.2f} Hz has the shape of {beside:.2f} Hz but other motors drive it, as no linear arm has: "
+        "nothing is fitted to it; a smaller motion (--share) tells whether it stays"
+        for f, beside in zip(fit.model.f_hz, result.shadows, strict=True)
+        if beside
     ]
 
 
@@ -136,9 +148,10 @@ def _beside(result: Result, fit: PoleFit) -> Table:
         Column("model\n[Hz]", ".4f"), Column("measured over\nmodel [%]", "+.2f"),
     ]  # fmt: skip
     rows: list[Cells] = []
-    for f, simple, faster in zip(fit.model.f_hz, result.half_power, result.mirrored, strict=True):
+    others = [faster or beside for faster, beside in zip(result.mirrored, result.shadows, strict=True)]
+    for f, simple, other in zip(fit.model.f_hz, result.half_power, others, strict=True):
         single = _nearest(result.single_hz, float(f))
-        model = None if faster else _nearest(result.model_hz, float(f))
+        model = None if other else _nearest(result.model_hz, float(f))
         rows.append([
             float(f), simple.f_hz if simple else None, PERCENT * simple.zeta if simple else None, single,
             model, PERCENT * (float(f) / model - 1) if model else None,

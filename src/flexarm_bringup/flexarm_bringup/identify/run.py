@@ -22,6 +22,7 @@ from flexarm_model.identification.automatic import Identified, identify_modes
 from flexarm_model.identification.bootstrap import Scatter, bootstrap
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.held_modes import Unsure, all_together, held_modes
+from flexarm_model.identification.shadows import shadow_of
 from flexarm_model.modal.fit import FitOptions, PoleFit
 from flexarm_model.modal.frf import Frf
 from flexarm_model.modal.half_power import HalfPower
@@ -36,6 +37,7 @@ SEED = 0  # of the bootstrap
 MOST_INPUTS = 6  # on the smaller side of the matrix; each more multiplies the poles
 NEEDED_LINES = 1.0  # per bandwidth, for a damping that the data hold
 WINDOWED_LINES = 6.0  # the same where a window has widened the resonance: below, it reads too high
+POSITION = ".position"  # how outputs of encoders end
 MIXED = (*REMAINDERS, 1, 2)  # remainders where the kinds differ
 
 
@@ -104,7 +106,7 @@ class Result:
 
     @property
     def own_fit(self) -> PoleFit | None:
-        """The modes less those that perhaps are faster ones, with all that makes them unsure.
+        """The modes less those that perhaps are faster ones or none, with all that makes them unsure.
 
         A damping ratio that cannot be identified has an infinite sigma. None where there are no modes.
         """
@@ -114,7 +116,18 @@ class Result:
         sigma = all_together(fit, self.scatter, self.methods)
         known = fit.lines_per_bandwidth >= self.needed_lines
         zeta_std = np.where(known, sigma.zeta_std, np.inf)
-        return without_mirrored(replace(fit, f_std_hz=sigma.f_std_hz, zeta_std=zeta_std), self.mirrored)
+        others = [faster or beside for faster, beside in zip(self.mirrored, self.shadows, strict=True)]
+        return without_mirrored(replace(fit, f_std_hz=sigma.f_std_hz, zeta_std=zeta_std), others)
+
+    @property
+    def shadows(self) -> tuple[float | None, ...]:
+        """Per pole that no linear arm has the frequency of the mode beside it [Hz]; None for the modes."""
+        fit = self.found.fit
+        if fit is None:
+            return ()
+        axes = [i for i, name in enumerate(self.responses.outputs) if name.endswith(POSITION)]
+        beside = shadow_of(fit.model, () if self.is_reciprocal else axes)
+        return tuple(float(fit.model.f_hz[j]) if j >= 0 else None for j in beside)
 
     @property
     def needed_lines(self) -> float:
