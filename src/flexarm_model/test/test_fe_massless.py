@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from fe_beams import bar_stiffness
+from fe_beams import RIGID, bar_stiffness, strip
+from fe_bodies import load_arm
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh
 
+from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.model_order import with_more_modes
 from flexarm_model.fe_import.checks import check_model
 from flexarm_model.fe_import.fe_model import FeModel
+from flexarm_model.fe_import.hexahedra import Solid
 from flexarm_model.fe_import.imported_superelement import _modes
 from flexarm_model.fe_import.interfaces import Constraint, constrain, make_interface
 from flexarm_model.fe_import.sparse_modes import lowest_modes
@@ -90,7 +95,7 @@ def test_modes_that_arpack_cannot_span_are_found_densely() -> None:
         lowest_modes(model.M, model.K, 28, shift)
 
 
-@pytest.mark.parametrize("reduction", [{"modes": 24}, {"f_max": 40e3}])
+@pytest.mark.parametrize("reduction", [{"modes": 30}, {"f_max": 40e3}])
 def test_a_rotation_without_mass_of_its_own_is_named_and_takes_no_other_mode_with_it(
     reduction: dict[str, float],
 ) -> None:
@@ -100,5 +105,40 @@ def test_a_rotation_without_mass_of_its_own_is_named_and_takes_no_other_mode_wit
     few = ImportedReduction("craig_bampton", 8, 0.0)
     slowest = exact(model, constraint)[0]
     assert _modes(model, constraint, {"flange"}, few)[1][0] == pytest.approx(np.sqrt(slowest), rel=1e-3)
-    with pytest.raises(ValueError, match="rotation about y of interface 'flange' moves no mass of its own"):
+    named = "rotation about y of interface 'flange' moves no mass of its own"
+    said = "30 modes asked for, 29 available" if "modes" in reduction else named
+    with pytest.raises(ValueError, match=said):
         _modes(model, constraint, {"flange"}, replace(few, **{"modes": 0, **reduction}))
+
+
+@pytest.mark.parametrize("modes", [24, 29])
+def test_modes_are_kept_as_many_as_have_mass_and_the_slowest_are_right(modes: int) -> None:
+    """From 24 on they were refused, though 29 have mass. The static ones stay, at the cost of the fastest."""
+    model = grillage(4)
+    constraint = held(model, 4)
+    exactly = np.sqrt(exact(model, constraint))
+    omega = _modes(model, constraint, {"flange"}, ImportedReduction("craig_bampton", modes, 0.0))[1]
+    assert exactly.size == 29 and omega.size == modes
+    assert omega[:7] == pytest.approx(exactly[:7], rel=1e-3)
+    assert omega[-1] <= exactly[-1] * (1 + 1e-6)
+
+
+@pytest.mark.parametrize(("modes", "kept"), [(4, 7), (8, 11), (16, 16)])
+def test_a_body_whose_rotations_bear_nothing_has_as_many_more_modes_as_have_mass(
+    modes: int, kept: int, tmp_path: Path
+) -> None:
+    """A body that was served could not be simulated: of the rig's three more modes one moves no mass."""
+    solid = strip(4)
+    mass = solid.M.diagonal().reshape(-1, 6)
+    mass[:, 4:] = 0.0
+    lumped = Solid(solid.x, sparse.diags_array(mass.ravel()).tocsr(), solid.K)
+    reduction = {"method": "craig_bampton", "modes": modes}
+    config = load_arm(tmp_path, lumped, interfaces=RIGID, reduction=reduction)
+    served, richer = (
+        reduce_body(arm.bodies["solid"], {"root", "end"}) for arm in (config, with_more_modes(config, 3))
+    )
+    assert (served.n, richer.n) == (modes, kept)
+    assert richer.omega[:3] == pytest.approx(served.omega[:3], rel=1e-3)
+    if modes > 6:  # all static modes are among both
+        ends = [body.nodes["end"].Phi / body.omega for body in (served, richer)]
+        assert ends[1] @ ends[1].T == pytest.approx(ends[0] @ ends[0].T, rel=1e-9, abs=1e-12)  # m/N

@@ -17,6 +17,7 @@ from flexarm_model.fe_import.checks import refuse_feeding, refuse_unsound
 from flexarm_model.fe_import.fe_model import FeModel, load_model
 from flexarm_model.fe_import.interfaces import Constraint, Interface, constrain, make_interface
 from flexarm_model.fe_import.loose_nodes import empty_rows, refuse_loose
+from flexarm_model.fe_import.massless_combination import massless_combination
 from flexarm_model.fe_import.rigid_mass import rigid_mass
 from flexarm_model.fe_import.rigid_motions import refuse_resisted
 from flexarm_model.fe_import.sparse_reduction import reduction_basis
@@ -24,7 +25,6 @@ from flexarm_model.fe_import.volume_integrals import volume_integrals
 from flexarm_model.manipulator.imported_body import ImportedBody, ImportedReduction
 
 Array = NDArray[np.float64]
-MASSLESS = 1e-10  # of displacements of mass 1 each, the least that a combination of them may have
 DIRECTIONS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
 
 
@@ -68,8 +68,7 @@ def _modes(
     kept = np.concatenate([np.zeros(0, dtype=np.intp), *(columns[name] for name in columns if name in used)])
     basis = reduction_basis(M, K, np.searchsorted(free, kept), reduction)
     n_modes = reduction.modes or basis.shape[1]
-    if n_modes > basis.shape[1] or n_modes == 0:
-        raise ValueError(f"{n_modes} modes asked for, {basis.shape[1]} available; expected at least one")
+    _refuse_too_many(n_modes, basis.shape[1])
     _refuse_massless(basis.T @ (M @ basis), [name for name in columns if name in used])
     modes, omega = mode_basis(M, K, basis, min(n_modes + reduction.spare, basis.shape[1]))
     if not omega[0] > 0:
@@ -77,20 +76,33 @@ def _modes(
     return np.asarray(T_free @ modes), omega
 
 
+def _refuse_too_many(n_modes: int, available: int) -> None:
+    if not available:
+        raise ValueError(
+            "reduction: no fixed-interface mode lies below f_max, and no interface is kept; expected a mode: "
+            "a higher f_max, or modes"
+        )
+    if n_modes > available:
+        raise ValueError(
+            f"{n_modes} modes asked for, {available} available; expected reduction.modes from 1 to "
+            f"{available}"
+        )
+
+
 def _refuse_massless(M: Array, kept: Sequence[str]) -> None:
     """Refuse a reduced mass (n, n) of which a displacement is none; the first ones are those of ``kept``.
 
     It would be a mode of infinite frequency, and rounding would take the others with it.
     """
-    size = np.sqrt(abs(np.diag(M)))
-    size[size == 0.0] = 1.0
-    value, vector = np.linalg.eigh(M / np.outer(size, size))
-    if value[0] > MASSLESS:
+    amount = abs(massless_combination(M))
+    if not amount.size:
         return
     names = [f"{direction} of interface '{name}'" for name in kept for direction in DIRECTIONS]
-    most = int(np.argmax(abs(vector[: len(names), 0]))) if names else 0
-    where = names[most] if names else "a displacement"
-    raise ValueError(f"{where} moves no mass of its own: give the mass matrix rotary inertia there")
+    where = names[int(np.argmax(amount[: len(names)]))] if names else "a displacement"
+    raise ValueError(
+        f"{where} moves no mass of its own: give the mass matrix rotary inertia there, mesh finer, or keep "
+        "fewer modes (reduction: a lower f_max, modes, or method: guyan)"
+    )
 
 
 def _node_shape(item: Interface, at: Array, modes: Array) -> NodeShape:
