@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fe_beams import load_strip, strip
+from fe_beams import RHO, E, G, bar_stiffness, load_strip, strip
 from fe_bodies import block, load_body
-from scipy import io
+from scipy import io, sparse
 
 from flexarm_model.bodies.body_reduction import reduce_body
 from flexarm_model.fe_import.checks import check_model
@@ -80,3 +80,73 @@ def test_solids_need_more_digits_than_seven(tmp_path: Path) -> None:
     assert reduce_body(body, BOTH).omega[0] == pytest.approx(2 * np.pi * 82.75, rel=1e-3)
     with pytest.raises(ValueError, match="23 % of the squared frequency of mode 1, 93.94 Hz"):
         reduce_body(rounded(body, 7), BOTH)
+
+
+def test_a_stiffness_below_zero_against_rigid_motion_is_a_problem() -> None:
+    """Rigid modes down to minus a tenth of the first elastic one counted as rigid: no problem was found."""
+    found = check_model(as_read(strip(20, spring=-1e3)))
+    assert found.n_rigid == 1 and found.n_negative == (0, 5)  # nothing holds the turn about its axis
+    said = " ".join(found.problems)
+    assert "5 negative eigenvalues; expected none" in said and "run away" in said and "all its digits" in said
+
+
+@pytest.mark.parametrize("force", [-5.0, 5.0])
+def test_a_preload_that_was_left_in_the_stiffness_is_a_problem(force: float) -> None:
+    """Compression alone was not seen: it turns the rigid rotations negative, tension turns them positive."""
+    solid = strip(20)
+    n, h = 20, solid.x[1, 0]
+    K = solid.K.tolil()
+    string = force / h * np.array([[1.0, -1.0], [-1.0, 1.0]])  # of a stretched string, across it
+    for k in range(n):
+        for axis in (1, 2):
+            index = np.array([6 * k + axis, 6 * k + 6 + axis])
+            K[np.ix_(index, index)] = K[np.ix_(index, index)] + string
+    found = check_model(FeModel("solid", solid.x, solid.M, K.tocsr(), None))
+    assert found.n_rigid == 4
+    assert found.n_negative == (0, 2 if force < 0 else 0)
+    which = "run away" if force < 0 else "swing"
+    assert f"the rotation about z, which would {which}" in found.problems[-1]
+    assert "preload" in found.problems[-1]
+
+
+def test_a_negative_stiffness_against_rigid_motion_is_named_where_a_mode_has_none_left(
+    tmp_path: Path,
+) -> None:
+    """A mode was said to move freely, though nothing is loose."""
+    body = load_strip(tmp_path, strip(100, spring=-1.5e3))  # N/m; its end bears 1.24e3 N/m
+    with pytest.raises(
+        ValueError, match="run away .* of mode 1, below 0 with the root held; .*all its digits"
+    ):
+        reduce_body(body, BOTH)
+
+
+def hinged(thick: float) -> FeModel:
+    """Return two bars of 100 x 40 x 40 mm, joined by a leaf 10 mm long and so thick [m]."""
+    sides = [(0.025, 0.04)] * 4 + [(0.005, thick)] * 2 + [(0.025, 0.04)] * 4  # length, thickness
+    n = len(sides)
+    K, mass = sparse.lil_array((6 * n + 6, 6 * n + 6)), np.zeros((n + 1, 6))
+    for k, (h, side) in enumerate(sides):
+        area, I_z, I_y = side * 0.04, 0.04 * side**3 / 12, side * 0.04**3 / 12
+        index = np.arange(6 * k, 6 * k + 12)
+        K[np.ix_(index, index)] = K[np.ix_(index, index)] + bar_stiffness(
+            h, E * area, G * (I_y + I_z), E * I_z, E * I_y
+        )
+        mass[k : k + 2] += RHO * h / 2 * np.array([area, area, area, I_y + I_z, I_y, I_z])
+    x = np.zeros((n + 1, 3))
+    x[1:, 0] = np.cumsum([h for h, _ in sides])
+    return FeModel("hinge", x, sparse.diags_array(mass.ravel()).tocsr(), K.tocsr(), None)
+
+
+def test_a_thin_hinge_is_no_seventh_rigid_mode() -> None:
+    """Its modes were weighed against a body without a notch: 7 modes had no stiffness."""
+    thick = (1e-3, 2e-4, 5e-5)
+    found = [check_model(hinged(value)) for value in thick]
+    assert all(item.problems == [] and item.n_rigid == 6 for item in found)
+    slowest = np.array([item.elastic_hz[0] for item in found])
+    assert slowest / slowest[-1] == pytest.approx((np.array(thick) / thick[-1]) ** 1.5, rel=0.02)  # bending
+
+
+def test_a_sound_body_of_many_elements_has_no_problem() -> None:
+    """What the eigenvalue solver rounds was taken for stiffness: of 400 elements 5 modes were rigid."""
+    found = check_model(as_read(strip(400)))
+    assert found.n_rigid == 6 and found.problems == []

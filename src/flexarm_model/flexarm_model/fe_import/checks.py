@@ -25,7 +25,6 @@ Array = NDArray[np.float64]
 
 SYMMETRY = 1e-6  # largest departure, relative to the largest entry: what seven digits in a file leave
 RIGID_FORCE = 1e-6  # force against a rigid motion, relative to the largest stiffness times that motion
-RIGID_MODE = 1e-6  # squared frequency, relative to the estimate of the first elastic one
 DENSITY = (10.0, 25e3)  # kg/m^3 of the box about a solid: an airy frame's, more than osmium's
 SHELL_DOF = 6  # per node; shells and beams have no thickness in their nodes
 FEEDING = 1e-6  # negative eigenvalue of the damping of the modes, relative to the largest: rounding
@@ -97,7 +96,7 @@ class Checks:
             if count:
                 found.append(f"the {name} has {count} negative eigenvalues; expected none")
         if self.n_rigid != 6:
-            held = f" (the stiffness resists {self.held})" if self.n_rigid < 6 else ""
+            held = f" (the stiffness resists {self.held}); {EXPECTED}" if self.n_rigid < 6 else ""
             found.append(
                 f"{self.n_rigid} modes of the free body have no stiffness; expected the 6 rigid ones{held}"
             )
@@ -136,11 +135,10 @@ def check_model(model: FeModel) -> Checks:
     rigid = rigid_motions(model)
     massless = rigid.massless()
     try:
-        value, scale, n_negative = free_modes(model, massless)
+        modes = free_modes(model, massless)
     except ValueError as error:
         raise ValueError(f"body '{model.name}': {error}") from None
-    elastic = value[value > RIGID_MODE * scale]
-    negative = [_count_negative(model.M, 1e-12), n_negative]  # rotations may bear no mass
+    negative = [_count_negative(model.M, 1e-12), modes.n_negative]  # rotations may bear no mass
     if model.D is not None:
         negative.append(_count_negative(model.D, FEEDING))
     return Checks(
@@ -152,8 +150,8 @@ def check_model(model: FeModel) -> Checks:
         unlike=_unlike(model),
         held=rigid.held(),
         massless=tuple(spoken_motion(motion) for motion in massless.T),
-        n_rigid=value.size - elastic.size,
-        elastic_hz=np.sqrt(elastic) / (2 * np.pi),
+        n_rigid=modes.n_rigid,
+        elastic_hz=np.sqrt(modes.elastic) / (2 * np.pi),
         rigid=rigid_mass(model),
         size=np.ptp(model.x, axis=0),
         is_solid=model.dof_per_node < SHELL_DOF,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
@@ -9,24 +11,38 @@ from scipy.linalg import eigh
 from flexarm_model.fe_import.fe_model import FeModel
 from flexarm_model.fe_import.loose_nodes import empty_rows, refuse_loose
 from flexarm_model.fe_import.rigid_motions import with_inertia
-from flexarm_model.fe_import.sparse_modes import Factor, lowest_modes
+from flexarm_model.fe_import.sparse_modes import ROUNDING, Factor, lowest_modes, relative_stiffness
 
 Array = NDArray[np.float64]
 
 MASSLESS = 1e-12  # mass of a displacement, relative to the largest: rounding
 N_LOWEST = 10  # modes that are looked at
+N_RIGID = 6
+RIGID_MODE = 1e-6  # squared frequency, relative to the estimate of the first elastic one
+ALIKE = 10.0  # relative stiffness of a mode without any, over that of a rigid one: both are missing digits
 
 
-def free_modes(model: FeModel, massless: Array) -> tuple[Array, float, int]:
-    """Return what the lowest modes of a free body tell.
+@dataclass(frozen=True)
+class FreeModes:
+    """What the lowest modes of a free body tell.
+
+    Attributes:
+        n_rigid: How many have no stiffness; 6 of a sound body.
+        n_negative: How many have a negative one.
+        elastic: Squares of the angular frequencies of the others, ascending [rad^2/s^2].
+    """
+
+    n_rigid: int
+    n_negative: int
+    elastic: Array
+
+
+def free_modes(model: FeModel, massless: Array) -> FreeModes:
+    """Look at the ``N_LOWEST`` lowest modes of a free body.
 
     Args:
         model: The body.
         massless: Rigid motions that move no mass, amounts of the six, (6, k); they get a little.
-
-    Returns:
-        Squares of the lowest angular frequencies [rad^2/s^2] (N_LOWEST,), an estimate of the first elastic
-        one from above, and how many lie below minus a tenth of that.
 
     Raises:
         ValueError: Displacements have neither stiffness nor mass, or the matrices cannot be factorised.
@@ -38,7 +54,30 @@ def free_modes(model: FeModel, massless: Array) -> tuple[Array, float, int]:
     shift = -scale / 10
     factor = Factor(model.K - shift * model.M)
     count = min(N_LOWEST, model.M.shape[0] - 1)
-    return lowest_modes(model.M, model.K, count, shift, factor)[0], scale, factor.count_negative()
+    value, modes = lowest_modes(model.M, model.K, count, shift, factor)
+    is_rigid = _without_stiffness(value / scale, relative_stiffness(model.K, modes))
+    is_negative = ~is_rigid & (value < 0.0)
+    below = factor.count_negative()  # all of them, of which the lowest may be some
+    n_negative = below + int(np.count_nonzero(is_negative & (value > shift)))
+    return FreeModes(int(is_rigid.sum()), n_negative, value[~is_rigid & ~is_negative])
+
+
+def _without_stiffness(value: Array, relative: Array) -> NDArray[np.bool_]:
+    """Return which modes have no stiffness, but for what digits leave, (n,).
+
+    A thin hinge between thick parts is soft beside the body's size as well. It is told from a mode without
+    stiffness by the rigid ones, which have next to none, unless digits are missing.
+
+    Args:
+        value: Squared frequencies over an estimate of the first elastic one, (n,).
+        relative: Stiffness over that of its parts, (n,).
+    """
+    relative = abs(relative)
+    found = (abs(value) <= RIGID_MODE) | (relative <= ROUNDING)
+    if found.sum() > N_RIGID:
+        rigid = np.sort(relative[found])[N_RIGID - 1]
+        found &= relative <= max(ROUNDING, ALIKE * rigid)
+    return np.asarray(found)
 
 
 def _first_elastic(model: FeModel) -> float:

@@ -16,6 +16,7 @@ from scipy import sparse
 
 from flexarm_model.fe_import.fe_model import FeModel
 from flexarm_model.fe_import.rigid_mass import rigid_mass
+from flexarm_model.fe_import.sparse_modes import ROUNDING, relative_stiffness
 
 Array = NDArray[np.float64]
 
@@ -24,8 +25,8 @@ SHARE = 0.01  # of a mode's squared frequency, half a per cent of its frequency
 MASSLESS = 1e-12  # of a rigid motion, relative to the heaviest that moves the nodes as far: rounding
 INERTIA = 1e-6  # added against a massless motion, relative to the same: its node feels nothing of it
 EXPECTED = (
-    "expected the matrix of a free body, without supports, with all its digits and with coordinates in the "
-    "unit given"
+    "expected the matrix of a free body, without supports and preload, with all its digits and with "
+    "coordinates in the unit given"
 )
 
 
@@ -58,7 +59,7 @@ class RigidMotions:
         mass, stiffness = np.diag(self.mass), np.diag(self.stiffness)
         moved = np.maximum(mass, MASSLESS * (mass * self.scale**2).max() / self.scale**2)
         square = stiffness / np.where(moved > 0.0, moved, 1.0)
-        k = int(np.argmax(square)) if motion is None else motion
+        k = int(np.argmax(abs(square))) if motion is None else motion
         rate = float(np.sqrt(abs(square[k])))
         how = f"swing at {rate / (2 * np.pi):.3g} Hz" if square[k] >= 0.0 else f"run away at {rate:.3g} 1/s"
         return f"most of all the {MOTIONS[k]}, which would {how}"
@@ -110,7 +111,9 @@ def spoken_motion(amount: Array) -> str:
 
 
 def refuse_resisted(model: FeModel, modes: Array, omega: Array) -> None:
-    """Refuse a body whose resistance to rigid motion is a share of a mode's stiffness.
+    """Refuse a body whose resistance to rigid motion is a share of a mode's stiffness, or that has none.
+
+    A mode whose stiffness is negative has frequency 0. Where rigid motion is not to blame, it is said.
 
     Args:
         model: The body.
@@ -118,18 +121,24 @@ def refuse_resisted(model: FeModel, modes: Array, omega: Array) -> None:
         omega: Their angular frequencies [rad/s], (m,).
 
     Raises:
-        ValueError: Says which motion is resisted, how fast it would swing, and which mode is wrong by it.
+        ValueError: Says which motion is resisted, how fast it would swing, and which mode is wrong by it; or
+            that a mode moves freely, or has a negative stiffness, with the root held.
     """
     rigid = rigid_motions(model)
     scaled = rigid.R * rigid.scale
     amount = rigid.scale[:, None] * (np.linalg.pinv(scaled.T @ scaled) @ (scaled.T @ modes))  # (6, m)
-    share = abs(np.einsum("ik,ij,jk->k", amount, rigid.stiffness, amount)) / omega**2
+    resisted = abs(np.einsum("ik,ij,jk->k", amount, rigid.stiffness, amount))
+    whole = np.einsum("ik,ik->k", modes, model.K @ modes)
+    is_loose = (omega <= 0.0) & (abs(relative_stiffness(model.K, modes)) <= ROUNDING)
+    share = np.where(is_loose, 0.0, resisted / np.where(is_loose, 1.0, abs(whole)))
     worst = int(np.argmax(share))
-    if share[worst] <= SHARE:
-        return
-    motion = int(np.argmax(abs(np.diag(rigid.stiffness)) * amount[:, worst] ** 2))
-    frequency = omega[worst] / (2 * np.pi)
-    raise ValueError(
-        f"the stiffness resists rigid motion, {rigid.held(motion)}: {100 * share[worst]:.0f} % of the "
-        f"squared frequency of mode {worst + 1}, {frequency:.4g} Hz with the root held; {EXPECTED}"
-    )
+    if share[worst] > SHARE:
+        motion = int(np.argmax(abs(np.diag(rigid.stiffness)) * amount[:, worst] ** 2))
+        frequency = f"{omega[worst] / (2 * np.pi):.4g} Hz" if omega[worst] > 0.0 else "below 0"
+        raise ValueError(
+            f"the stiffness resists rigid motion, {rigid.held(motion)}: {100 * share[worst]:.0f} % of the "
+            f"squared frequency of mode {worst + 1}, {frequency} with the root held; {EXPECTED}"
+        )
+    if not omega[0] > 0.0:
+        how = "lets a mode move freely" if is_loose[0] else "of a mode is negative"
+        raise ValueError(f"the stiffness {how} with the root held")

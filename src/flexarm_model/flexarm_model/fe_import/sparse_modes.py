@@ -17,6 +17,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 Array = NDArray[np.float64]
 
 MOST_DENSE = 2000  # rows: seconds, 100 MB
+ROUNDING = 1e-13  # of the stiffness of its parts: no more is a mode's own
 START_SEED = 0  # of the Lanczos process' first vector: results do not change from run to run
 
 
@@ -130,3 +131,18 @@ def modes_below(M: Any, K: Any, omega_max: float, factor: Factor | None = None) 
     if count and value[-1] > omega_max**2:
         raise ValueError(f"{count} modes lie below {omega_max / 2 / np.pi:g} Hz, but not all were found")
     return value, vector
+
+
+def relative_stiffness(K: Any, modes: Array) -> Array:
+    """Return the stiffness of modes over that of their parts, ``phi' K phi / |phi|' |K| |phi|``, (m,).
+
+    Args:
+        K: Sparse stiffness, (n, n).
+        modes: (n, m).
+
+    Returns:
+        From -1 to 1; of a rigid motion rounding, some 1e-17, whatever its frequency has become by it.
+    """
+    size = abs(modes)
+    parts = np.einsum("ik,ik->k", size, abs(K) @ size)
+    return np.asarray(np.einsum("ik,ik->k", modes, K @ modes) / np.where(parts > 0.0, parts, 1.0))
