@@ -86,8 +86,11 @@ def test_a_mass_without_entries_at_its_end_is_as_large_as_the_stiffness(tmp_path
 def test_a_matlab_variable_is_chosen_by_name(tmp_path: Path) -> None:
     io.savemat(tmp_path / "both.mat", {"K": sparse.csc_matrix(A), "M": np.eye(3), "scale": 2.0})
     assert np.array_equal(read(tmp_path / "both.mat", variable="K"), A)
-    with pytest.raises(ConfigError, match=r"both.mat: variable '': expected one of its matrices: K, M"):
+    said = r"both.mat: holds 2 matrices; expected variable: one of its matrices: K, M"
+    with pytest.raises(ConfigError, match=said):
         read(tmp_path / "both.mat")
+    with pytest.raises(ConfigError, match=r"both.mat: variable 'k': expected one of its matrices: K, M"):
+        read(tmp_path / "both.mat", variable="k")
 
 
 WRONG_MATRICES = [

@@ -112,6 +112,8 @@ def test_sets_that_tell_no_rotation_are_refused(body: FeModel) -> None:
             ValueError, match=f"body 'solid': interface 'edge': its {index.size} nodes tell no rot"
         ):
             make_interface(body, "edge", NodeSet("rigid", index, np.ones(index.size)), AT)
+    with pytest.raises(ValueError, match="its 1 nodes tell no rotation; they lie on it; expected three"):
+        make_interface(body, "edge", NodeSet("rigid", line[:1], np.ones(1)), body.x[line[0]])
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-6, 1.0, 1e6])

@@ -7,17 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fe_beams import LENGTH, load_strip, strip
-from fe_bodies import write_arm
+from fe_beams import LENGTH, RIGID, load_strip, strip
+from fe_bodies import load_body, write_arm
 from scipy import sparse
 
 from flexarm_model.bodies.body_reduction import reduce_body
 from flexarm_model.fe_import.__main__ import main
 from flexarm_model.fe_import.checks import check_model
-from flexarm_model.fe_import.fe_model import FeModel
+from flexarm_model.fe_import.fe_model import FeModel, load_model
 from flexarm_model.fe_import.hexahedra import Solid
 from flexarm_model.manipulator.imported_body import ImportedBody
 from flexarm_model.reading.config import load_config
+from flexarm_model.settings.strict_yaml import ConfigError
 
 BOTH = {"root", "end"}
 
@@ -58,6 +59,32 @@ def test_a_node_that_nothing_holds_is_named(tmp_path: Path, capsys: pytest.Captu
 def test_a_node_that_a_rigid_interface_takes_along_needs_no_stiffness(tmp_path: Path) -> None:
     held = reduce_body(load(tmp_path, with_loose_node(strip(4)), "2", "500\n6"), BOTH)
     assert held.omega == pytest.approx(reduce_body(load_strip(tmp_path, strip(4)), BOTH).omega, rel=1e-6)
+
+
+@pytest.mark.parametrize("loose", [1, 2])
+def test_an_abaqus_stiffness_may_end_before_a_loose_node_of_a_rigid_interface(
+    loose: int, tmp_path: Path
+) -> None:
+    """Abaqus writes no zeros and no size: such a node was fine in other formats, and here refused."""
+    solid = strip(4)
+    empty = sparse.csr_array((6 * loose, 6 * loose))
+    M, K = (sparse.block_diag([matrix, empty], format="csr") for matrix in (solid.M, solid.K))
+    x = np.vstack([solid.x, np.tile([[LENGTH, 0.01, 0.0]], (loose, 1))])
+    held = load_body(tmp_path, Solid(x, M, K), ".abaqus.mtx", interfaces=RIGID)  # the nodes at either end
+    assert [nodes.index.size for nodes in held.sets.values()] == [1, 1 + loose]
+    found = reduce_body(held, BOTH)
+    exact = reduce_body(load_strip(tmp_path, solid), BOTH)
+    assert found.omega == pytest.approx(exact.omega, rel=1e-6)
+
+
+def test_a_stiffness_that_ends_before_other_nodes_is_refused_by_its_size(tmp_path: Path) -> None:
+    solid = strip(4)
+    x = np.vstack([solid.x, [[LENGTH / 2, 0.01, 0.0]]])
+    K = sparse.block_diag([solid.K, sparse.csr_array((6, 6))], format="csr")
+    with pytest.raises(
+        ConfigError, match=r"stiffness\.abaqus\.mtx: has 30 rows; expected 18 or 36 .* 6 nodes"
+    ):
+        load_model(load_body(tmp_path, Solid(x, K, K), ".abaqus.mtx", interfaces=RIGID))
 
 
 @pytest.mark.parametrize("turn", [np.eye(3), np.array([[0.6, -0.8, 0], [0.8, 0.6, 0], [0, 0, 1.0]])])

@@ -101,5 +101,5 @@ def test_no_damage_ends_the_process_or_goes_unnamed(tmp_path: Path) -> None:
 def test_a_file_of_version_7_3_is_refused_by_name(tmp_path: Path) -> None:
     path = tmp_path / "a.mat"
     path.write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + b"\x89HDF")
-    with pytest.raises(ConfigError, match=r"a.mat: .* version 4 to 7.2"):
+    with pytest.raises(ConfigError, match=r"a.mat: .* version 4 to 7.2: it is of version 7.3; .*'-v7'"):
         read_variables(path)

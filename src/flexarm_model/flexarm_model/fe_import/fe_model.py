@@ -73,19 +73,13 @@ def load_model(body: ImportedBody) -> FeModel:
     Raises:
         ConfigError: A file is wrong, or its size does not fit the nodes.
     """
-    n_nodes = body.x.shape[0]
-    K = read_matrix(body.stiffness)
-    if body.rows is not None and K.shape[0] != body.rows.size:
-        sizes = f"{body.rows.size}, as the file of its rows lists"
-        raise ConfigError(f"{body.stiffness.path}: has {K.shape[0]} rows; expected {sizes}")
-    if K.shape[0] not in (3 * n_nodes, 6 * n_nodes):
-        sizes = f"{3 * n_nodes} or {6 * n_nodes} (3 or 6 for each of its {n_nodes} nodes)"
-        raise ConfigError(f"{body.stiffness.path}: has {K.shape[0]} rows; expected {sizes}")
+    K = _read_stiffness(body)
     M = _read_like(body.mass, K)
     D = None if body.damping is None else _read_like(body.damping, K)
     if body.rows is not None:
         order = np.ix_(body.rows, body.rows)
         M, K, D = M[order], K[order], None if D is None else D[order]
+    n_nodes = body.x.shape[0]
     per_node = K.shape[0] // n_nodes
     length, mass, time = body.units.length, body.units.mass, body.units.time
     block = np.kron(np.eye(per_node // 3), body.orientation)
@@ -102,6 +96,35 @@ def load_model(body: ImportedBody) -> FeModel:
         body.labels,
         str(body.stiffness.path),
     )
+
+
+def _read_stiffness(body: ImportedBody) -> Any:
+    """Read a stiffness as large as the nodes ask for; one that tells no size ends where its entries do.
+
+    What it then leaves out has none: of the last nodes in it, or of nodes that rigid interfaces take along.
+    """
+    K, n_nodes = read_matrix(body.stiffness), body.x.shape[0]
+    sizes = (3 * n_nodes, 6 * n_nodes) if body.rows is None else (body.rows.size,)
+    full = next((size for size in sizes if size >= K.shape[0]), 0)
+    if K.shape[0] < full and not tells_size(body.stiffness):
+        left_out = np.arange(-(-K.shape[0] * n_nodes // full), n_nodes)
+        if body.rows is not None or np.isin(left_out, _taken_along(body)).all():
+            K.resize((full, full))
+    if K.shape[0] not in sizes:
+        why = (
+            f" (3 or 6 for each of its {n_nodes} nodes)"
+            if body.rows is None
+            else ", as the file of its rows lists"
+        )
+        expected = " or ".join(map(str, sizes)) + why
+        raise ConfigError(f"{body.stiffness.path}: has {K.shape[0]} rows; expected {expected}")
+    return K
+
+
+def _taken_along(body: ImportedBody) -> Indices:
+    """Return the nodes of rigid interfaces, (k,)."""
+    sets = [nodes.index for nodes in body.sets.values() if nodes.kind == "rigid"]
+    return np.concatenate([np.zeros(0, dtype=np.intp), *sets])
 
 
 def _read_like(file: Any, K: Any) -> Any:

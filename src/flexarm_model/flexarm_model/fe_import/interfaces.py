@@ -76,7 +76,8 @@ def make_interface(model: FeModel, name: str, nodes: NodeSet, at: Array) -> Inte
         ValueError: The set cannot tell a rotation.
     """
     R = model.rigid_motion(nodes.index, at)
-    size = _size(model, nodes, at)
+    distance = _distance(model, nodes, at)
+    size = distance or _extent(model) or 1.0
     scale = np.repeat([1.0, 1 / size], 3)  # a rotation that moves a typical node by one
     weight = np.zeros((nodes.index.size, model.dof_per_node))
     weight[:, :3] = nodes.weight[:, None]
@@ -84,8 +85,7 @@ def make_interface(model: FeModel, name: str, nodes: NodeSet, at: Array) -> Inte
         weight[:, 3:] = nodes.weight[:, None] * size**2  # too few nodes: their own rotations count
     if _rank(R * scale, weight) < 6:
         raise ValueError(
-            f"body '{model.name}': interface '{name}': its {nodes.index.size} nodes tell no rotation; "
-            f"{size:.3g} m is their usual distance from it (see the units of the files); "
+            f"body '{model.name}': interface '{name}': {_said(nodes, distance)}; "
             "expected three or more that do not lie on a line, or nodes with rotations"
         )
     root = np.sqrt(weight.ravel())[:, None]
@@ -131,11 +131,21 @@ def _eliminate(item: Interface) -> tuple[Indices, Indices, Array]:
     return item.dof[out], item.dof[others], np.hstack([-inverse @ item.A[:, others], inverse])
 
 
-def _size(model: FeModel, nodes: NodeSet, at: Array) -> float:
-    """Return the usual distance of a set's nodes from a point [m]; the body's size where that is rounding."""
+def _extent(model: FeModel) -> float:
+    """Return the size of the body [m]."""
+    return float(np.linalg.norm(np.ptp(model.x, axis=0)))
+
+
+def _distance(model: FeModel, nodes: NodeSet, at: Array) -> float:
+    """Return the usual distance of a set's nodes from a point [m]; 0 where it is rounding."""
     usual = float(np.sqrt(np.mean(np.sum((model.x[nodes.index] - at) ** 2, axis=1))))
-    whole = float(np.linalg.norm(np.ptp(model.x, axis=0)))
-    return usual if usual > COINCIDENT * whole else whole or 1.0
+    return usual if usual > COINCIDENT * _extent(model) else 0.0
+
+
+def _said(nodes: NodeSet, distance: float) -> str:
+    """Return in words that a set tells no rotation, and how far from its interface it lies [m]."""
+    where = f"{distance:.3g} m is their usual distance from it (see the units of the files)"
+    return f"its {nodes.index.size} nodes tell no rotation; {where if distance else 'they lie on it'}"
 
 
 def _rank(R: Array, weight: Array) -> int:

@@ -18,6 +18,7 @@ from scipy import io, sparse
 from flexarm_model.settings.strict_yaml import ConfigError
 
 _HEADER = 128  # bytes of a file of version 5; the last two tell the order of bytes
+_HDF = 2  # version 7.3 is another format
 _NUMBERS = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13)  # int8 to uint64, single and double
 _TEXTS = (16, 17, 18)  # UTF-8, -16, -32
 _MATRIX, _COMPRESSED = 14, 15
@@ -33,7 +34,10 @@ def read_variables(path: Path) -> dict[str, Any]:
     """
     try:
         content = path.read_bytes()
-        if io.matlab.matfile_version(path)[0] == 1:  # versions 5 to 7.2
+        version = io.matlab.matfile_version(path)[0]
+        if version == _HDF:
+            raise ValueError("it is of version 7.3; write it with save(..., '-v7')")
+        if version == 1:  # versions 5 to 7.2
             order = "<" if content[_HEADER - 2 : _HEADER] == b"IM" else ">"
             _check(content[_HEADER:], order, (_MATRIX, _COMPRESSED))
         with warnings.catch_warnings():

@@ -78,7 +78,10 @@ def _read_matlab(file: MatrixFile) -> Any:
     name = file.variable or (next(iter(matrices)) if len(matrices) == 1 else "")
     if name not in matrices:
         known = ", ".join(matrices) or "none"
-        raise ConfigError(f"{file.path}: variable '{name}': expected one of its matrices: {known}")
+        asked = (
+            f"variable '{name}': expected" if name else f"holds {len(matrices)} matrices; expected variable:"
+        )
+        raise ConfigError(f"{file.path}: {asked} one of its matrices: {known}")
     if name in logical_variables(file.path):
         raise ConfigError(
             f"{file.path}: variable '{name}': is logical, says where entries are and not what they are; "
