@@ -57,7 +57,9 @@ def test_a_node_that_nothing_holds_is_named(tmp_path: Path, capsys: pytest.Captu
 
 
 def test_a_node_that_a_rigid_interface_takes_along_needs_no_stiffness(tmp_path: Path) -> None:
+    """The check refused it, and advised to do what was done."""
     held = reduce_body(load(tmp_path, with_loose_node(strip(4)), "2", "500\n6"), BOTH)
+    assert main([str(tmp_path / "arm.yaml"), "solid"]) == 0
     assert held.omega == pytest.approx(reduce_body(load_strip(tmp_path, strip(4)), BOTH).omega, rel=1e-6)
 
 

@@ -108,7 +108,7 @@ def _read_stiffness(body: ImportedBody) -> Any:
     full = next((size for size in sizes if size >= K.shape[0]), 0)
     if K.shape[0] < full and not tells_size(body.stiffness):
         left_out = np.arange(-(-K.shape[0] * n_nodes // full), n_nodes)
-        if body.rows is not None or np.isin(left_out, _taken_along(body)).all():
+        if body.rows is not None or np.isin(left_out, body.taken_along).all():
             K.resize((full, full))
     if K.shape[0] not in sizes:
         why = (
@@ -119,12 +119,6 @@ def _read_stiffness(body: ImportedBody) -> Any:
         expected = " or ".join(map(str, sizes)) + why
         raise ConfigError(f"{body.stiffness.path}: has {K.shape[0]} rows; expected {expected}")
     return K
-
-
-def _taken_along(body: ImportedBody) -> Indices:
-    """Return the nodes of rigid interfaces, (k,)."""
-    sets = [nodes.index for nodes in body.sets.values() if nodes.kind == "rigid"]
-    return np.concatenate([np.zeros(0, dtype=np.intp), *sets])
 
 
 def _read_like(file: Any, K: Any) -> Any:

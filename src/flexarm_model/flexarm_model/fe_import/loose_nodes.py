@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,23 @@ DISPLACEMENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
 def empty_rows(A: Any) -> Indices:
     """Return the rows of a sparse matrix, (n, n), that hold nothing but zeros."""
     return np.flatnonzero(np.asarray(abs(A).sum(axis=1)).ravel() == 0.0)
+
+
+def without_idle(model: FeModel, nodes: Indices) -> FeModel:
+    """Return a body without those of some nodes that have neither stiffness nor mass: interfaces move them.
+
+    Args:
+        model: The body.
+        nodes: Rows of its coordinates, (m,).
+    """
+    empty = np.zeros(model.M.shape[0], dtype=bool)
+    empty[np.intersect1d(empty_rows(model.K), empty_rows(model.M))] = True
+    idle = np.flatnonzero(empty.reshape(-1, model.dof_per_node).all(axis=1))
+    left = np.setdiff1d(np.arange(model.x.shape[0]), np.intersect1d(idle, nodes))
+    dof = model.dof(left)
+    M, K, D = (None if A is None else A[dof][:, dof] for A in (model.M, model.K, model.D))
+    labels = (left + 1) if model.labels is None else model.labels[left]
+    return replace(model, x=model.x[left], M=M, K=K, D=D, labels=labels)
 
 
 def refuse_loose(model: FeModel, dof: Indices) -> None:

@@ -110,6 +110,12 @@ class ImportedBody:
     rows: NDArray[np.intp] | None = None
     labels: NDArray[np.intp] | None = None
 
+    @property
+    def taken_along(self) -> NDArray[np.intp]:
+        """Finite-element nodes that rigid interfaces move, by their rows in the coordinates, (m,)."""
+        rigid = [nodes.index for nodes in self.sets.values() if nodes.kind == "rigid"]
+        return np.concatenate([np.zeros(0, dtype=np.intp), *rigid])
+
 
 @dataclass(frozen=True)
 class SuperelementBody:
