@@ -75,6 +75,12 @@ def test_a_file_written_twice_is_the_same(body: Superelement, tmp_path: Path) ->
     assert (tmp_path / "a.sid").read_bytes() == (tmp_path / "b.sid").read_bytes()
 
 
+def test_a_mass_of_numpy_is_written_as_a_number(tmp_path: Path) -> None:
+    """It was written as np.float64(...), which no program reads."""
+    write_sid(replace(rigid(), mass=np.float64(1.7)), tmp_path / "a.sid")
+    assert read_sid(tmp_path / "a.sid").mass == 1.7
+
+
 def test_a_body_without_stiffening_needs_no_block_of_our_own(tmp_path: Path) -> None:
     body = reduce_body(load_body(tmp_path, bracket()), {"root", "end"})
     back = foreign(body, tmp_path / "body.sid")

@@ -18,6 +18,7 @@ from flexarm_model.bodies.sid_mass import check_energy
 from flexarm_model.bodies.sid_taylor import Taylor, format_taylor, read_taylor
 from flexarm_model.bodies.sid_terms import sid_integrals, sid_matrices
 from flexarm_model.bodies.sid_text import Block, format_array, format_text, parse_blocks
+from flexarm_model.bodies.sid_twice import check_node_said_twice, check_said_twice
 from flexarm_model.bodies.superelement import NodeShape, Superelement, pairs
 from flexarm_model.numeric.rotation import skew
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -69,6 +70,7 @@ def read_sid(path: Path | str) -> Superelement:
         body = _read_own(own, modal, matrices, nodes)
         check_own(own, modal, matrices, body)
     check_energy(modal, matrices)
+    check_said_twice(modal, matrices, body)
     return body
 
 
@@ -105,7 +107,7 @@ def _read_own(
 def _part(body: Superelement) -> Iterator[str]:
     """Yield the lines that every program knows."""
     n = body.n
-    yield from ("part", "new modal", "refmod", f"mass = {body.mass!r}", f"nelastq = {n}")
+    yield from ("part", "new modal", "refmod", f"mass = {float(body.mass)!r}", f"nelastq = {n}")
     yield from (
         f"ielastq({i + 1:2d}) = mode {i + 1}: {f:.6g} Hz" for i, f in enumerate(body.omega / (2 * np.pi))
     )
@@ -151,11 +153,14 @@ def _read_node(block: Block, n: int) -> NodeShape:
     if not block.label:
         raise block.error("has no name; expected 'new node = <name>'")
     shapes = {"origin": (3, 1), "phi": (3, n), "psi": (3, n), "AP": (3, 3)}
-    origin, phi, psi, AP = (read_taylor(block.block(name), n, shape) for name, shape in shapes.items())
-    if not np.array_equal(AP.m0, np.eye(3)):
+    given = {name: read_taylor(block.block(name), n, shape) for name, shape in shapes.items()}
+    phi = given["phi"]
+    if not np.array_equal(given["AP"].m0, np.eye(3)):
         raise block.error("AP: the node's axes must be those of the body")
     G = np.zeros((3, n, n)) if phi.m1 is None else phi.m1
-    return NodeShape(origin.m0[:, 0], phi.m0, psi.m0, G, np.full((3, n), np.nan))
+    node = NodeShape(given["origin"].m0[:, 0], phi.m0, given["psi"].m0, G, np.full((3, n), np.nan))
+    check_node_said_twice(block, given, _node_matrices(node))
+    return node
 
 
 def _check_digest(own: Block, lines: list[str]) -> None:
