@@ -60,6 +60,24 @@ def strip(n: int, tip_mass: float = 0.15, spring: float = 0.0, turning: bool = T
     return Solid(x, sparse.diags_array(M.ravel()).tocsr(), K.tocsr())
 
 
+def chain(lengths: Array, thickness: Array, high: float) -> Solid:
+    """Return aluminium elements along x, each of a length and thickness along y and so high along z [m].
+
+    Their mass is at the nodes.
+    """
+    n = lengths.size
+    K, mass = sparse.lil_array((6 * n + 6, 6 * n + 6)), np.zeros((n + 1, 6))
+    for k, (h, thick) in enumerate(zip(lengths, thickness, strict=True)):
+        area, I_z, I_y = thick * high, high * thick**3 / 12, thick * high**3 / 12
+        index = np.arange(6 * k, 6 * k + 12)
+        element = bar_stiffness(h, E * area, G * (I_y + I_z), E * I_z, E * I_y)
+        K[np.ix_(index, index)] = K[np.ix_(index, index)] + element
+        mass[k : k + 2] += RHO * h / 2 * np.array([area, area, area, I_y + I_z, I_y, I_z])
+    x = np.zeros((n + 1, 3))
+    x[1:, 0] = np.cumsum(lengths)
+    return Solid(x, sparse.diags_array(mass.ravel()).tocsr(), K.tocsr())
+
+
 def load_strip(folder: Path, solid: Solid, **body: object) -> ImportedBody:
     """Write and load a strip with rigid interfaces at its first and last node."""
     return load_body(folder, solid, interfaces=RIGID, **body)

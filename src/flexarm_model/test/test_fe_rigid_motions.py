@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fe_beams import RHO, E, G, bar_stiffness, load_strip, strip
+from fe_beams import chain, load_strip, strip
 from fe_bodies import block, load_body
-from scipy import io, sparse
+from scipy import io
 
 from flexarm_model.bodies.body_reduction import reduce_body
 from flexarm_model.fe_import.checks import check_model
@@ -122,19 +122,8 @@ def test_a_negative_stiffness_against_rigid_motion_is_named_where_a_mode_has_non
 
 def hinged(thick: float) -> FeModel:
     """Return two bars of 100 x 40 x 40 mm, joined by a leaf 10 mm long and so thick [m]."""
-    sides = [(0.025, 0.04)] * 4 + [(0.005, thick)] * 2 + [(0.025, 0.04)] * 4  # length, thickness
-    n = len(sides)
-    K, mass = sparse.lil_array((6 * n + 6, 6 * n + 6)), np.zeros((n + 1, 6))
-    for k, (h, side) in enumerate(sides):
-        area, I_z, I_y = side * 0.04, 0.04 * side**3 / 12, side * 0.04**3 / 12
-        index = np.arange(6 * k, 6 * k + 12)
-        K[np.ix_(index, index)] = K[np.ix_(index, index)] + bar_stiffness(
-            h, E * area, G * (I_y + I_z), E * I_z, E * I_y
-        )
-        mass[k : k + 2] += RHO * h / 2 * np.array([area, area, area, I_y + I_z, I_y, I_z])
-    x = np.zeros((n + 1, 3))
-    x[1:, 0] = np.cumsum([h for h, _ in sides])
-    return FeModel("hinge", x, sparse.diags_array(mass.ravel()).tocsr(), K.tocsr(), None)
+    thickness = np.repeat([0.04, thick, 0.04], [4, 2, 4])
+    return as_read(chain(np.repeat([0.025, 0.005, 0.025], [4, 2, 4]), thickness, 0.04))
 
 
 def test_a_thin_hinge_is_no_seventh_rigid_mode() -> None:

@@ -1,7 +1,8 @@
 """An imported body's superelement: first-order shapes in the frame of its interface node "root".
 
-Without second-order shapes a fast turn softens the body and never stiffens it (no geometric stiffening).
-That is right for compact castings and wrong for slender blades, which are better described as beams.
+Without second-order shapes a fast turn softens the body and never stiffens it, and an axial load does neither
+(no geometric stiffness). That is right for compact castings and wrong for slender blades, which are better
+described as beams.
 """
 
 from __future__ import annotations
