@@ -1,10 +1,13 @@
 """Interfaces of a body are nodes that it has."""
 
+from dataclasses import replace
+
 import pytest
 
 from flexarm_model.bodies.body_reduction import KeptReductions, reduce_body, reduce_to_first_order
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError
 
 STRIP = load_config(find_manipulator("single_link")).bodies["strip"]
 HUB = load_config(find_manipulator("planar_3rrr")).bodies["platform"]
@@ -23,3 +26,11 @@ def test_a_node_that_a_body_does_not_have_is_refused_with_those_that_it_has(redu
 def test_one_name_alone_is_no_list_of_interfaces(reduce):
     with pytest.raises(ValueError, match="body 'strip': interfaces: expected a list of nodes, not 'root'"):
         reduce(STRIP, "root")
+
+
+def test_a_body_that_cannot_be_reduced_is_a_fault_of_the_configuration():
+    """Nodes answer those with one line and code 2; of an imported body they ended with a traceback and 1."""
+    many = replace(STRIP, reduction=replace(STRIP.reduction, modes=900))
+    for reduce in (reduce_body, reduce_to_first_order, KeptReductions()):
+        with pytest.raises(ConfigError, match="body 'strip': 900 modes asked for"):
+            reduce(many, ["root", "tip"])

@@ -16,6 +16,7 @@ from flexarm_model.bodies.sid_file import read_sid
 from flexarm_model.bodies.superelement import NodeShape, Superelement
 from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
 from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBody
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Reducer = Callable[[Any, Collection[str]], Superelement]
 
@@ -28,10 +29,10 @@ def reduce_body(body: Body, interfaces: Collection[str]) -> Superelement:
         interfaces: Its nodes that joints use, "root" among them or not.
 
     Raises:
-        ValueError: The body cannot be reduced as asked, or has no such node; the message names it.
+        ConfigError: The body cannot be reduced as asked; the message names it.
+        ValueError: It has no such node.
     """
-    _refuse_unknown(body, interfaces)
-    return _REDUCERS[type(body)](body, interfaces)
+    return _reduce(_REDUCERS[type(body)], body, interfaces)
 
 
 def reduce_to_first_order(body: Body, interfaces: Collection[str]) -> Superelement:
@@ -39,8 +40,7 @@ def reduce_to_first_order(body: Body, interfaces: Collection[str]) -> Supereleme
 
     Arguments and errors are those of ``reduce_body``.
     """
-    _refuse_unknown(body, interfaces)
-    return _FIRST_ORDER[type(body)](body, interfaces)
+    return _reduce(_FIRST_ORDER[type(body)], body, interfaces)
 
 
 class KeptReductions:
@@ -57,6 +57,14 @@ class KeptReductions:
         if before is None or before[0] != described:
             before = self._kept[body.name] = described, reduce_body(body, interfaces)
         return before[1]
+
+
+def _reduce(reducer: Reducer, body: Body, interfaces: Collection[str]) -> Superelement:
+    _refuse_unknown(body, interfaces)
+    try:
+        return reducer(body, interfaces)
+    except ValueError as error:  # of the description or of a file it names, wherever it is seen
+        raise ConfigError(str(error)) from error
 
 
 def _refuse_unknown(body: Body, interfaces: Collection[str]) -> None:
