@@ -288,6 +288,24 @@ def test_a_motion_goes_on_once_its_models_are_told_and_where_nobody_ever_tells_t
     assert exchange.controller.reference.position(9.0)[0] == pytest.approx(1.5, abs=1e-6)
 
 
+@pytest.mark.parametrize("is_quicker", [False, True])
+def test_a_motion_goes_on_while_other_references_are_refused(config, model, is_quicker):
+    """The newest word was of another one then, and the model node was taken for silent."""
+    exchange, goals = arm_of(config, model)
+    goals.has_models = lambda: True
+    msg = reference_to_msg(swing(1.5, 2.0), ("base.rz",), EPOCH + PERIOD_NS)
+    heard = [lambda: goals.on_reference(msg), lambda: goals.on_models(f"{EPOCH + PERIOD_NS}: 3 ab12")]
+    for hear in reversed(heard) if is_quicker else heard:
+        hear()
+    exchange.on_modal_state(state(model, 200))
+    refused = reference_to_msg(swing(0.3, 1.0), ("base_rz",), EPOCH + 300 * PERIOD_NS)
+    assert reasons(goals.on_reference(refused))[0].startswith("reference refused: joint_names are")
+    assert goals.on_models(f"{EPOCH + 300 * PERIOD_NS}: refused: joint_names are ['base_rz']") == []
+    exchange.on_modal_state(state(model, 210))
+    assert not told(goals.update(), "reference")
+    assert exchange.controller.reference.position(9.0)[0] == pytest.approx(1.5, abs=1e-6)
+
+
 def test_who_waits_for_a_goal_hears_why_the_guard_has_stopped_the_arm(config, model):
     exchange, goals = arm_of(config, model)
     goals.on_move_tip(request_to(0.3))

@@ -11,20 +11,22 @@ PATIENCE_NS = 500_000_000  # after a motion has begun; a busy machine makes its 
 
 
 class ModelsAwaited:
-    """Remembers what is followed, and what was said of it."""
+    """Remembers what is followed, and what was said of it, whatever is said of other references since."""
 
     def __init__(self) -> None:
         """Begin with nothing followed."""
-        self._followed_ns, self._said = NOTHING[0], NOTHING
+        self._followed_ns, self._newest, self._said = NOTHING[0], NOTHING, NOTHING
         self._is_awaited = False
 
     def follow(self, stamp_ns: int, is_awaited: bool) -> None:
         """Follow the reference of a stamp [ns]; of one that is not awaited nothing need be said."""
         self._followed_ns, self._is_awaited = stamp_ns, is_awaited
+        self._note()  # the model node may have been quicker
 
     def hear(self, text: str) -> None:
         """Take what the model node says: "stamp: receipt" or "stamp: refused: reason"."""
-        self._said = told_of_reference(text)
+        self._newest = told_of_reference(text)
+        self._note()
 
     def forget(self) -> None:
         """Follow nothing that could lack models."""
@@ -39,3 +41,7 @@ class ModelsAwaited:
             return words.removeprefix("refused: ") if words.startswith("refused: ") else ""
         is_late = self._is_awaited and now_ns > self._followed_ns + PATIENCE_NS
         return f"{1e-9 * PATIENCE_NS:g} s after its begin the model node has said nothing" if is_late else ""
+
+    def _note(self) -> None:
+        if self._newest[0] == self._followed_ns:
+            self._said = self._newest
