@@ -6,8 +6,10 @@ Publishes
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz; an error as soon as the disk refuses.
     ~/ready (std_msgs/Bool, latched): true once nothing that the partners send can be missed any more.
 
-The bag is closed on SIGINT and SIGTERM. Log times are those of arrival, or of the ticks in lockstep. When the
-disk refuses, the node goes on without writing, for the arm may be moving, and its exit code will be 1.
+By the clock, what is offered best effort is heard best effort (``offered_node``). The bag is closed on SIGINT
+and SIGTERM; the last words name the topics of its partners on which nothing came. Log times are those of
+arrival, or of the ticks in lockstep. When the disk refuses, the node goes on without writing, for the arm may
+be moving, and its exit code will be 1.
 
 That a publisher is known here does not mean that it knows this subscriber yet. The proof is its latched
 ``<partner>/ready``, subscribed to last: it arrives when the partner has matched that subscription, and
@@ -36,10 +38,14 @@ from flexarm_bringup.bags.bag_writer import BagError, BagWriter
 from flexarm_bringup.bags.cdr import has_stamp, header_stamp_ns
 from flexarm_bringup.bags.described_arm import files_to_keep
 from flexarm_bringup.bags.log_order import ArrivalLog, LockstepLog
+from flexarm_bringup.bags.unheard import unheard
 from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.message_class import message_class
+from flexarm_bringup.offered_node import AsOffered
 from flexarm_bringup.provenance import provenance
 from flexarm_bringup.topics import Stream, streams
+from flexarm_estimator.messages.inbox import TORQUE_TOPIC
+from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_model.manipulator.cameras import cameras
 from flexarm_model.manipulator.imu import imus
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -90,6 +96,7 @@ class RecorderNode(ManagedNode):
         wanted |= dict.fromkeys(("feedback_gains", "predicted"), False)  # they follow from the others
         table = streams(imus(config.sensors), cameras(config.sensors))
         self._streams = [stream for stream in table if wanted.get(stream.topic, True)]
+        self._measured = (*SensorReader(config).topics, TORQUE_TOPIC)
         self._settings, self.failure, self._lost, self.exit_code = settings, "", 0, 0
         self.start(life)
 
@@ -133,8 +140,11 @@ class RecorderNode(ManagedNode):
                 "what is whole of it: flexarm recover"
             )
         else:
-            level = self.get_logger().error if self._lost else self.get_logger().info
-            level(f"{count} messages in {path}, {self._lost} lost")
+            silent = unheard(self._streams, self._bag.counts, self._settings.partners, self._measured)
+            remark = f"; nothing came on {', '.join(silent)}" if silent else ""
+            logger = self.get_logger()
+            level = logger.error if self._lost else logger.warning if silent else logger.info
+            level(f"{count} messages in {path}, {self._lost} lost{remark}")
 
     def on_message(self, stream: Stream, cdr: bytes) -> None:
         """Log a message; a tick also tells what belongs to its instant. One cut short is lost."""
@@ -172,11 +182,14 @@ class RecorderNode(ManagedNode):
         self._diagnostics.publish(array)
 
     def _connect(self, partners: Sequence[str]) -> None:
+        offered = AsOffered(self)
+        subscribe = (
+            partial(self.create_subscription, raw=True) if self._settings.lockstep else offered.subscribe
+        )
         for stream in self._streams:
             durability = DurabilityPolicy.TRANSIENT_LOCAL if stream.is_latched else DurabilityPolicy.VOLATILE
             qos = QoSProfile(depth=DEPTH, durability=durability)
-            kind = message_class(stream.type)
-            self.create_subscription(kind, stream.topic, self._receiver(stream), qos, raw=True)
+            subscribe(message_class(stream.type), stream.topic, self._receiver(stream), qos)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=steady)
@@ -184,7 +197,8 @@ class RecorderNode(ManagedNode):
         self._heard: set[str] = set()
         for name in partners:  # last, see the module
             self.create_subscription(Bool, f"{name}/ready", self._hearer(name), LATCHED_QOS)
-        self.tell_ready({name: partial(self._heard.__contains__, name) for name in partners})
+        heard = {name: partial(self._heard.__contains__, name) for name in partners}
+        self.tell_ready({**heard, "topics": offered.has_all})
 
     def _receiver(self, stream: Stream) -> Callable[[bytes], None]:
         def on_raw(cdr: bytes) -> None:  # a callable with two arguments would be given more than the message

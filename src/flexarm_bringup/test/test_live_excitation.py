@@ -149,11 +149,15 @@ def test_who_is_waited_for_in_vain_is_named() -> None:
     assert not partners.are_ready(0.1) and not partners.are_ready(59.0)
     heard["model/ready"](SimpleNamespace(data=True))
     assert not partners.are_ready(59.5, "joint_states")
-    with pytest.raises(SeriesError, match="no progress for 60 s: waiting for guard$"):
+    with pytest.raises(SeriesError, match="no progress for 60 s: waiting for guard/ready$"):
         partners.are_ready(60.1)
     heard["guard/ready"](SimpleNamespace(data=True))
     assert not partners.are_ready(0.0, "joint_states") and partners.are_ready(0.0)
-    assert said == ["waiting for model, guard", "waiting for guard", "waiting for joint_states"]
+    assert said == [
+        "waiting for model/ready, guard/ready",
+        "waiting for guard/ready",
+        "waiting for joint_states",
+    ]
 
 
 @pytest.mark.ros
@@ -173,6 +177,26 @@ def test_a_commander_whose_name_nobody_heard_keeps_the_test_from_beginning(
     node._now_ns = 0  # the rig was heard
     spin_to_its_end(node)
     assert node.outcome == "somebody without a name may publish joint_commands"
+
+
+@pytest.mark.ros
+def test_drives_that_offer_best_effort_are_heard(beside_a_controller: Any) -> None:
+    """Nothing of them was: the test waited for joint_states until its patience was over."""
+    import rclpy
+    from sensor_msgs.msg import Imu, JointState
+
+    from flexarm_model.ros.node import SENSOR_QOS
+
+    drives = rclpy.create_node("lab_driver", namespace="flexarm")
+    said = [
+        drives.create_publisher(kind, topic, SENSOR_QOS)
+        for kind, topic in ((JointState, "joint_states"), (Imu, "imu/tip_accelerometer"))
+    ]
+    end = time.monotonic() + 20.0
+    while time.monotonic() < end and not all(each.get_subscription_count() for each in said):
+        time.sleep(0.05)
+    assert [each.get_subscription_count() for each in said] == [1, 1]
+    drives.destroy_node()
 
 
 @pytest.mark.ros

@@ -47,7 +47,7 @@ from flexarm_model.conversions import floats, stamp_to_ns
 from flexarm_model.manipulator.cameras import CAMERA
 from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
-from flexarm_model.ros.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, run_node
+from flexarm_model.ros.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, SENSOR_QOS, run_node
 from flexarm_model.served.pending_models import PendingModels
 from flexarm_model.settings.parameters import ParameterError
 
@@ -227,19 +227,19 @@ class ExciteNode(Node):  # type: ignore[misc]
         self._added.publish(JointState(header=command.header, name=list(self._names), effort=floats(added)))
 
     def _connect(self) -> None:
-        quality = LOCKSTEP_QOS if self.settings.lockstep else RELIABLE_QOS
+        quality, heard = (LOCKSTEP_QOS,) * 2 if self.settings.lockstep else (RELIABLE_QOS, SENSOR_QOS)
         self._commands = self.create_publisher(JointCommand, COMMANDS, quality)
         self._added = self.create_publisher(JointState, "excitation", quality)
         self._told = self.create_publisher(String, "~/test", LATCHED_QOS)
         self._halt = self.create_publisher(Empty, "stop", RELIABLE_QOS)
         self.create_subscription(ReducedModel, "model", self._on_model, MODELS_QOS)
         self.create_subscription(GuardStatus, "guard_status", self._on_guard, quality)
-        self.create_subscription(JointState, "joint_states", self._on_joint_states, LOCKSTEP_QOS)
-        self.create_subscription(JointState, TORQUE_TOPIC, self._test.on_torque, LOCKSTEP_QOS)
+        self.create_subscription(JointState, "joint_states", self._on_joint_states, heard)
+        self.create_subscription(JointState, TORQUE_TOPIC, self._test.on_torque, heard)
         others = [name for name in self._test.topics if not name.startswith(("joint_states", f"{CAMERA}/"))]
         for topic in others:
             kind = StrainArray if topic == "strain" else Imu
-            self.create_subscription(kind, topic, partial(self._test.on_sensor, topic), LOCKSTEP_QOS)
+            self.create_subscription(kind, topic, partial(self._test.on_sensor, topic), heard)
         self._partners = Partners(self, self.settings.partners, self.settings.patience)
         self._triggers = {name: self.create_client(Trigger, f"guard/{name}") for name in ("arm", "stop")}
         self.create_timer(LOOK_PERIOD, self.on_look, clock=Clock(clock_type=ClockType.STEADY_TIME))

@@ -28,16 +28,17 @@ class Partners:
             node.create_subscription(Bool, f"{name}/ready", self._noting(name), LATCHED_QOS)
 
     def are_ready(self, waited: float, also: str = "") -> bool:
-        """Tell whether all are, and say for whom it is waited.
+        """Tell whether all are, and say for which topics it is waited.
 
         Args:
             waited: How long so far [s].
-            also: What else is not there; empty when nothing is missing.
+            also: Topic that is silent otherwise; empty when nothing is missing.
 
         Raises:
             SeriesError: It was waited in vain.
         """
-        missing = [name for name, is_ready in self._ready.items() if not is_ready] or ([also] if also else [])
+        unready = [f"{name}/ready" for name, is_ready in self._ready.items() if not is_ready]
+        missing = unready or ([also] if also else [])
         words = f"waiting for {', '.join(missing)}"
         if missing and waited > self._patience:
             raise SeriesError(f"no progress for {self._patience:g} s: {words}")
