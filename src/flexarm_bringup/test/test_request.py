@@ -14,6 +14,8 @@ pytestmark = pytest.mark.ros
 from flexarm_interfaces.srv import CancelMotion, MoveTip, SetNoise, SetState, ToggleSensor  # noqa: E402
 from geometry_msgs.msg import PoseWithCovariance  # noqa: E402
 from lifecycle_msgs.srv import ChangeState  # noqa: E402
+from rcl_interfaces.msg import SetParametersResult  # noqa: E402
+from rcl_interfaces.srv import ListParameters, SetParameters, SetParametersAtomically  # noqa: E402
 
 from flexarm_bringup.calling import call_node  # noqa: E402
 from flexarm_bringup.calling.request import RequestError, fill  # noqa: E402
@@ -96,3 +98,15 @@ def test_what_does_not_fit_is_refused_with_the_field_and_what_is_allowed(kind, v
 def test_a_request_that_is_no_mapping_is_refused(text: str, said: str) -> None:
     with pytest.raises(ConfigError, match=f"the request: .*{said}"):
         parse_yaml(text, "the request")
+
+
+def test_an_answer_that_tells_of_a_failure_is_one_whatever_its_field_is_called() -> None:
+    """Of a parameter that cannot be set it was told with exit code 0."""
+    done, failed = (SetParametersResult(successful=is_done) for is_done in (True, False))
+    assert call_node.was_done(SetParameters.Response(results=[done, done]))
+    assert not call_node.was_done(SetParameters.Response(results=[done, failed]))
+    assert call_node.was_done(SetParametersAtomically.Response(result=done))
+    assert not call_node.was_done(SetParametersAtomically.Response(result=failed))
+    assert call_node.was_done(ListParameters.Response())
+    assert not call_node.was_done(MoveTip.Response(accepted=False))
+    assert not call_node.was_done(ChangeState.Response(success=False))

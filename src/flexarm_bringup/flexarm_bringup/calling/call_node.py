@@ -35,7 +35,7 @@ from flexarm_bringup.calling.request import fill
 from flexarm_bringup.message_fields import pick, written
 from flexarm_model.settings.yaml_file import parse_yaml
 
-SUCCESS = ("success", "accepted")  # fields that say whether it was done
+SUCCESS = ("success", "accepted", "successful")  # fields that say whether it was done
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,7 +65,9 @@ def _call(caller: Caller, args: argparse.Namespace) -> int:
 
 def was_done(answer: Any) -> bool:
     """Return whether an answer says that what was asked for was done; who says nothing has done it."""
-    return all(getattr(answer, name, True) for name in SUCCESS)
+    several = getattr(answer, "results", ())  # of parameters that are set; "result" of all at once
+    told = [answer, getattr(answer, "result", None), *(several if isinstance(several, list) else ())]
+    return all(getattr(each, name, True) for each in told for name in SUCCESS)
 
 
 def _list(caller: Caller, args: argparse.Namespace) -> int:
