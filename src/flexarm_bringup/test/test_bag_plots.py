@@ -144,8 +144,15 @@ def test_limits_of_which_none_bound_are_told_in_words(bag):
 
 def test_the_reference_counts_from_when_it_was_sent(bag):
     series = BagSeries(check_bag(bag))
-    wanted = asked(series, np.array([0.0, 0.01, 0.02, 0.5]))
+    wanted = asked(series, np.array([0.0, 0.01, 0.02, 0.5]), ("base.rz",))
     np.testing.assert_allclose(wanted[:, 0], [np.nan, 0.2, 0.3, 0.4])
+
+
+def test_what_is_asked_of_an_axis_is_found_by_its_name_and_strange_axes_are_left_out(bag):
+    series = BagSeries(check_bag(bag))
+    wanted = asked(series, np.array([0.02]), ("gripper.jaw", "base.rz"))
+    np.testing.assert_allclose(wanted, [[np.nan, 0.3]])
+    assert asked(series, np.array([0.02]), ("elbow.rz",)).shape == (1, 0)
 
 
 def test_points_without_velocities_are_drawn_as_the_spline_that_the_arm_follows(bag):
@@ -158,7 +165,7 @@ def test_points_without_velocities_are_drawn_as_the_spline_that_the_arm_follows(
         point(np.array([p]), nothing, nothing, nothing, since(int(s), 0))
         for s, p in zip(t, theta, strict=True)
     ]
-    drawn = references(series)[0][1]
+    drawn = references(series, ("base.rz",))[0][2]
     spline = CubicSpline(t, theta, bc_type="clamped")
     at = np.array([0.5, 1.0, 1.5, 2.7])
     np.testing.assert_allclose(drawn.sample(drawn.t[0] + at)[0][:, 0], spline(at), atol=1e-12)

@@ -176,6 +176,27 @@ def test_accelerations_that_are_told_are_taken_as_they_are():
     assert reference.theta_ddot[:, 0].tolist() == [1.0, 2.0, 3.0] and reference.theta_ddot_before is None
 
 
+def test_the_axes_of_a_trajectory_may_be_named_in_any_order():
+    """Of joint_states and drive_states they may be; a reference of such names was refused."""
+    names, told = ("motor_1.rz", "motor_2.rz", "motor_3.rz"), ("motor_3.rz", "motor_1.rz", "motor_2.rz")
+    columns = np.random.default_rng(3).normal(size=(3, 2, 3))  # of two points
+    t = np.array([0.0, 0.5])
+    straight, turned = Reference(t, *columns), Reference(t, *columns[..., [2, 0, 1]])
+    expected = reference_from_msg(reference_to_msg(straight, names, EPOCH), names, EPOCH)
+    back = reference_from_msg(reference_to_msg(turned, told, EPOCH), names, EPOCH)
+    for name in ("t", "theta", "theta_dot", "theta_ddot"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(expected, name))
+
+
+@pytest.mark.parametrize(
+    "told", [("a.rz", "b.rz"), ("a.rz", "b.rz", "b.rz"), ("a.rz", "b.rz", "d.rz"), ("a.rz",) * 9]
+)
+def test_axes_that_are_missing_strange_or_told_twice_are_refused(told):
+    msg = JointTrajectory(joint_names=told, points=[JointTrajectoryPoint(positions=[0.0] * len(told))])
+    with pytest.raises(ReferenceMessageError, match=r"joint_names are .*; expected .*, in any order"):
+        reference_from_msg(msg, ("a.rz", "b.rz", "c.rz"), EPOCH)
+
+
 def spoil(msg, how):
     if how == "names":
         msg.joint_names = ["elbow.rz"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,30 +25,39 @@ BALL = 0.5  # mm
 STYLES = {"reference": "--", "estimate": "-", "truth": ":"}
 
 
-def references(series: BagSeries) -> list[tuple[float, Reference]]:
-    """Return the references of a bag that have points, in the order sent, each with when it was sent [s]."""
+def references(series: BagSeries, names: Sequence[str]) -> list[tuple[float, list[int], Reference]]:
+    """Return the references of a bag that have points, in the order sent; those of other axes are left out.
+
+    Args:
+        series: The bag.
+        names: Of the axes that are looked at.
+
+    Returns:
+        Of each when it was sent [s], which of the names its columns are, and itself.
+    """
     found = []
     for msg, t in zip(series.messages("reference"), series.times("reference"), strict=True):
-        points = [p for p in msg.points if len(p.positions)]
-        if not points:
+        points, told = [p for p in msg.points if len(p.positions)], list(msg.joint_names)
+        if not points or len(set(told) & set(names)) != len(told) or len(points[0].positions) != len(told):
             continue
         since = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in points]
         theta = np.array([p.positions for p in points], float)
         theta_dot = np.array([p.velocities for p in points]) if len(points[0].velocities) else None
-        found.append((float(t), Reference.through(float(t) + np.array(since), theta, theta_dot)))
+        reference = Reference.through(float(t) + np.array(since), theta, theta_dot)
+        found.append((float(t), [list(names).index(name) for name in told], reference))
     return found
 
 
-def asked(series: BagSeries, times: Array) -> Array:
-    """Return what the references in force ask of the axes, (k, n_theta); NaN before the first.
+def asked(series: BagSeries, times: Array, names: Sequence[str]) -> Array:
+    """Return what the references in force ask of axes, (k, n) in the order of their names.
 
-    It is (k, 0) where there is none.
+    It is NaN before the first and for axes of which none tells, and (k, 0) where there is none.
     """
-    sent = references(series)
-    theta = np.full((times.size, sent[0][1].theta.shape[1] if sent else 0), np.nan)
-    for t, reference in sent:
-        after = times >= t
-        theta[after] = reference.sample(times[after])[0]
+    sent = references(series, names)
+    theta = np.full((times.size, len(names) if sent else 0), np.nan)
+    for t, columns, reference in sent:
+        after = np.flatnonzero(times >= t)
+        theta[after[:, None], columns] = reference.sample(times[after])[0]
     return theta
 
 
@@ -84,18 +94,20 @@ def _draw_distance(axes: Any, curves: dict[str, tuple[Array, Array]]) -> None:
 
 def _wanted_tip(series: BagSeries) -> tuple[Array, Array] | None:
     """Return where the reference's tip would rest, (k,) and (k, 3); None without reference or description."""
-    if series.config is None or not references(series):
+    if series.config is None or not references(series, names := tuple(series.config.actuated)):
         return None
     tip = TipKinematics(ReducedTree(series.config))
     times = np.linspace(max(series.times("reference")[0], 0.0), series.end, ASKED)
-    return times, np.array([tip.at_rest(theta) for theta in asked(series, times)])
+    theta = asked(series, times, names)
+    is_told = np.isfinite(theta).all(axis=1)
+    return times[is_told], np.array([tip.at_rest(each) for each in theta[is_told]])
 
 
 def draw_joints(plot: Plot, series: BagSeries) -> None:
     """Draw every axis as measured and as asked for."""
     first = series.messages("joint_states")[0]
     t, theta = series.times("joint_states"), series.column("joint_states", lambda msg: msg.position)
-    wanted = asked(series, t) if series.has("reference") else None
+    wanted = asked(series, t, first.name) if series.has("reference") else None
     for i, axes in enumerate(stacked(plot, len(first.name))):
         if i < theta.shape[1]:
             line(axes, t, theta[:, i], label="measured")

@@ -24,7 +24,7 @@ class TrajectoryMessageError(ValueError):
 
 
 def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: int) -> Trajectory:
-    """Return the motion of the axes ``names``.
+    """Return the motion of the axes ``names``, in this order whatever that of the message is.
 
     Without accelerations they are those of the cubics between the points; without velocities these are those
     of the spline through them (`Trajectory.through`).
@@ -37,16 +37,13 @@ def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: in
     Raises:
         TrajectoryMessageError: Names, lengths, times or numbers do not fit, or it is too long.
     """
-    if list(msg.joint_names) != list(names):
-        told = list(msg.joint_names[: len(names) + 1])
-        more = f" and {len(msg.joint_names) - len(told)} more" if len(msg.joint_names) > len(told) else ""
-        raise TrajectoryMessageError(f"joint_names are {told}{more}; expected {list(names)}")
+    order = _order(msg.joint_names, names)
     start = stamp_to_ns(msg.header.stamp) - epoch_ns
     since = [stamp_to_ns(point.time_from_start) for point in msg.points]
     if since and max(since) > LONGEST * NS_PER_S:
         raise TrajectoryMessageError(f"it takes {max(since) * 1e-9:g} s, at most {LONGEST} s are allowed")
     theta, theta_dot, theta_ddot = (
-        _points(msg, name, len(names)) for name in ("positions", "velocities", "accelerations")
+        _points(msg, name, order) for name in ("positions", "velocities", "accelerations")
     )
     if theta is None:
         raise TrajectoryMessageError(f"positions: every point needs {len(names)} numbers")
@@ -59,11 +56,20 @@ def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: in
         raise TrajectoryMessageError(str(error)) from None
 
 
-def _points(msg: JointTrajectory, name: str, n_theta: int) -> Array | None:
+def _order(told: Sequence[str], names: Sequence[str]) -> list[int]:
+    """Return where each of the axes stands in the message."""
+    if len(told) != len(names) or set(told) != set(names):
+        shown = list(told[: len(names) + 1])
+        more = f" and {len(told) - len(shown)} more" if len(told) > len(shown) else ""
+        raise TrajectoryMessageError(f"joint_names are {shown}{more}; expected {list(names)}, in any order")
+    return [list(told).index(name) for name in names]
+
+
+def _points(msg: JointTrajectory, name: str, order: Sequence[int]) -> Array | None:
     """Return one quantity of all points, (k, n_theta); None where no point has it."""
     rows = [list(getattr(point, name)) for point in msg.points]
     if not any(rows):
         return None
-    if any(len(row) != n_theta for row in rows):
-        raise TrajectoryMessageError(f"{name}: every point needs {n_theta} numbers, or none has any")
-    return np.array(rows)
+    if any(len(row) != len(order) for row in rows):
+        raise TrajectoryMessageError(f"{name}: every point needs {len(order)} numbers, or none has any")
+    return np.array([[row[i] for i in order] for row in rows])
