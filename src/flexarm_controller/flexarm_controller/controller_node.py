@@ -56,7 +56,7 @@ from flexarm_controller.limits import limits_of
 from flexarm_controller.margins.arming_node import ArmingCheck
 from flexarm_controller.motion.motion_exchange import MotionExchange
 from flexarm_controller.motion.settings import MotionConfig
-from flexarm_controller.motion.tip_goals_node import MODELS_SAID, TipGoals
+from flexarm_controller.motion.tip_goals_node import TipGoals
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
@@ -213,8 +213,6 @@ class ControllerNode(ManagedNode):
         self.create_timer(QUIET, self._arriving.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         heard = JointTrajectory, "reference", self.on_reference, RELIABLE_QOS, self.on_too_large_reference
         subscribe_bytes(self, *heard, lambda raw: has_too_many_points(raw, self._is_awaited()))
-        if not self.settings.lockstep:
-            self.create_subscription(String, MODELS_SAID, self._goals.on_models, LATCHED_QOS)
         self._states = self._subscribed_states()
         conditions = {
             "a model": lambda: self.exchange.controller is not None,

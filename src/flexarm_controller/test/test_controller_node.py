@@ -12,7 +12,7 @@ from flexarm_controller.reference import Reference
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState
 from flexarm_interfaces.srv import MoveTip
 from flexarm_model.conversions import model_to_msg, ns_to_stamp
-from flexarm_model.ros.node import LATCHED_QOS, RELIABLE_QOS
+from flexarm_model.ros.node import LATCHED_QOS, RELIABLE_QOS, TOLD_QOS
 from flexarm_model.served.linearize import linearize
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
@@ -36,12 +36,14 @@ def motion(points):
     smooth = Reference.through(s, (0.3 * s**2 * (3.0 - 2.0 * s))[:, None])
     return reference_to_msg(smooth, ("base.rz",), EPOCH + 5_000_000)
 
-def send(kind, topic, quality, msg, until):
+def send(kind, topic, quality, msg, until, *more):
     publisher = others.create_publisher(kind, f"/flexarm/{topic}", quality)
     end = time.monotonic() + 60.0
     while not publisher.get_subscription_count() and time.monotonic() < end:
         time.sleep(0.01)
-    publisher.publish(msg)
+    for each in (msg, *more):
+        publisher.publish(each)
+    time.sleep(0.3 * len(more))  # all have come before one is taken
     while not until() and time.monotonic() < end:
         rclpy.spin_once(node, timeout_sec=0.1)
 
@@ -53,6 +55,13 @@ print(round(leads_to(), 3))
 send(String, "model/models", LATCHED_QOS, String(data=f"{EPOCH + 5_000_000}: refused: no pose"),
      lambda: leads_to() < 0.01)
 print(round(leads_to(), 3))
+"""
+AT_ONCE = """
+node.on_reference(motion(11))
+node._goals._exchange._models.hear = (heard := []).append
+first, second = String(data="1: 3 ab12"), String(data="2: refused: x")
+send(String, "model/models", TOLD_QOS, first, lambda: len(heard) == 2, second)
+print(*heard)
 """
 TOO_LARGE = """
 said = []
@@ -83,6 +92,7 @@ print(*((topic, msg.goal_id, msg.reason) for topic, msg in said))
     [
         (ENDING, True, ["1", "('motion_status', 1, 'the controller is not active any more')"]),
         (UNSERVED, False, ["0.3", "0.0"]),
+        (AT_ONCE, False, ["1: 3 ab12 2: refused: x"]),
         (TOO_LARGE, False, ["reference refused: 1001 points, at most 1000 while the guard is armed: "]),
         (GOAL.format(there=True), False, ["4100001"]),
         (GOAL.format(there=False), False, ["nobody says on model/models that there are models for it"]),
@@ -91,6 +101,7 @@ print(*((topic, msg.goal_id, msg.reason) for topic, msg in said))
     ids=[
         "end of the controller",
         "without models",
+        "words on two references at once",
         "too many points",
         "goals of this life",
         "goal without a model node",

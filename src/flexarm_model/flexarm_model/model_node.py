@@ -47,11 +47,11 @@ from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.ros.diagnostics_node import Diagnostics
 from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
 from flexarm_model.ros.node import (
-    LATCHED_QOS,
     MODELS_DEPTH,
     MODELS_QOS,
     RELIABLE_QOS,
     SENSOR_QOS,
+    TOLD_QOS,
     run_node,
 )
 from flexarm_model.ros.parameters_node import subscribe_parameters
@@ -229,7 +229,7 @@ class ModelNode(ManagedNode):
 
     def _connect(self, first: ReducedModel) -> None:
         models = self.create_publisher(ReducedModelMsg, "model", MODELS_QOS)
-        self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
+        self._receipts = self.create_publisher(String, "~/models", TOLD_QOS)
         self._served = ServedModels(first, lambda model, ns: models.publish(model_to_msg(model, ns)))
         heard = JointTrajectory, "reference", self.on_reference, RELIABLE_QOS
         subscribe_bytes(self, *heard, too_large=lambda raw: has_too_many_points(raw, self._awaited))

@@ -4,6 +4,7 @@ Publishes
     motion_status (flexarm_interfaces/MotionStatus): 20 Hz while a goal is pursued, and what becomes of it.
     reference (trajectory_msgs/JointTrajectory): the motion to a goal, or to rest, when it is taken.
 Subscribes
+    model/models (std_msgs/String, latched): what the model node says of references; not in lockstep.
     parameters/<name> (see ``flexarm_model.ros.parameters_node``): how the arm sags at the goals to come.
 Services
     ~/move_tip (flexarm_interfaces/MoveTip): move the tip to a pose.
@@ -24,6 +25,7 @@ from trajectory_msgs.msg import JointTrajectory
 from flexarm_controller.answer import Outgoing
 from flexarm_controller.motion.conversions import OWN_FRAME
 from flexarm_controller.motion.motion_exchange import MotionExchange
+from flexarm_model.ros.node import TOLD_QOS
 from flexarm_model.ros.parameters_node import subscribe_parameters
 
 MODELS_SAID = "model/models"  # on which the model node says what there is for a reference
@@ -60,6 +62,7 @@ class TipGoals:
         self._is_live, said = is_live, node.resolve_topic_name(MODELS_SAID)
         if is_live:
             exchange.has_models = lambda: node.count_publishers(said) > 0
+            node.create_subscription(String, MODELS_SAID, self.on_models, TOLD_QOS)
             subscribe_parameters(node, exchange.arm, exchange.on_parameter)
         node.create_service(MoveTip, "~/move_tip", self.on_move_tip)
         node.create_service(CancelMotion, "~/cancel", self.on_cancel)
