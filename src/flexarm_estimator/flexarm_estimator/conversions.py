@@ -7,7 +7,7 @@ tool, so it is turned there and back.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.estimate import Estimate, SensorReport
 from flexarm_estimator.messages.camera_messages import BASE_FRAME
+from flexarm_estimator.messages.readings import STRANGERS
 from flexarm_model.conversions import floats, ns_to_stamp
 from flexarm_model.numeric.rotation import quaternion, rotation_from_quaternion
 from flexarm_model.served.reduced_model import ReducedModel
@@ -178,10 +179,15 @@ def diagnostics_msg(
     told = {report.name for report in reports}
     for source in (source for source in refusals if source not in told):
         reasons = refusals[source]
-        level = DiagnosticStatus.WARN if source.endswith("_timestamp") else DiagnosticStatus.ERROR
         values = {"refused": sum(reasons.values()), **_counts(reasons)}
-        msg.status.append(_status(source, level, list(reasons)[-1], values))
+        msg.status.append(_status(source, _refusal_level(source, reasons), list(reasons)[-1], values))
     return msg
+
+
+def _refusal_level(source: str, reasons: Iterable[str]) -> bytes:
+    """Return how bad it is; joints of a gripper do no harm, and an axis that is missing is told by its sensor."""
+    is_harmless = source.endswith("_timestamp") or all(reason.startswith(STRANGERS) for reason in reasons)
+    return bytes(DiagnosticStatus.WARN if is_harmless else DiagnosticStatus.ERROR)
 
 
 def _sensor_status(

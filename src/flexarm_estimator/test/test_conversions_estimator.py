@@ -1,10 +1,15 @@
 """What is converted to a message and back is the same."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from planar_strip import StripKinematics, run, simulate, strip_model
 
+from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_estimator.state.state_layout import StateLayout
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 pytestmark = pytest.mark.ros
 conversions = pytest.importorskip("flexarm_estimator.conversions", reason="needs ROS and flexarm_interfaces")
@@ -70,6 +75,22 @@ def test_the_twist_of_an_odometry_is_in_the_axes_of_the_tool():
     assert msg.twist.twist.linear.y == pytest.approx(along)
     assert abs(msg.twist.twist.linear.x) < 0.1 * speed
     assert (msg.header.frame_id, msg.child_frame_id) == ("base", "tool")
+
+
+@pytest.mark.parametrize(
+    ("more", "level"), [({}, "WARN"), ({"0 efforts for 2 names": 1}, "ERROR")], ids=["alone", "and more"]
+)
+def test_joints_of_a_gripper_in_joint_states_are_worth_a_warning(more, level):
+    """They were a lasting error, beside an arm that did all it was asked for."""
+    (refusal,) = (
+        SensorReader(load_config(find_manipulator("single_link")))
+        .read("joint_states", SimpleNamespace(name=["gripper.jaw", "base.rz"], position=[0.1, 0.2]), 0.0)
+        .refusals
+    )
+    refusals = {refusal.source: {**more, refusal.reason: 7}}
+    status = conversions.diagnostics_msg(ESTIMATE, "", refusals, STAMP_NS).status[-1]
+    assert (status.name, status.message) == ("estimator: joint_states", "unknown joint 'gripper.jaw'")
+    assert status.level == getattr(conversions.DiagnosticStatus, level)
 
 
 def test_diagnostics_name_what_was_refused_with_a_count_for_every_reason():

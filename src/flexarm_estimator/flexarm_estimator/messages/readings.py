@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from flexarm_estimator.measurement import Measurement
 
 
+STRANGERS = "unknown joint"  # how the reason begins where a message also tells of axes of somebody else
+
+
 @dataclass(frozen=True)
 class Refusal:
     """Something in a message that cannot be used.
