@@ -14,6 +14,7 @@ from functools import lru_cache
 from flexarm_model.manipulator.cameras import USUAL
 
 NAMESPACE = "/flexarm"
+NAMELESS = "_NODE_NAME_UNKNOWN_"  # rmw: a publisher whose node has not been heard of
 _KEPT = 256  # names that have been looked up
 
 

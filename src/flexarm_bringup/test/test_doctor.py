@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -157,6 +158,61 @@ def test_twin_nodes_two_guards_and_qualities_that_do_not_fit_are_named(
         talkers.communicate("")
     assert found.returncode == 1, found.stdout
     assert all(each in found.stdout for each in wanted), found.stdout
+
+
+RUNNING = {"model": 1, "estimator": 1, "controller": 1, "guard": 1}
+SAID = {"joint_states": ["lab_driver"], "guard_status": ["guard"]}
+
+
+@pytest.mark.parametrize(
+    ("found", "speakers", "told"),
+    [
+        ({**RUNNING, "rig": 1}, SAID, [("ok", "")]),
+        (RUNNING, {}, [("hint", "not running, or stuck: rig")]),
+        (RUNNING, {"joint_states": ["_NODE_NAME_UNKNOWN_"]}, [("hint", "not running, or stuck: rig")]),
+        (RUNNING, SAID, [("ok", ""), ("hint", "right for a driver of your own: docs/drives.md")]),
+        (
+            {"guard": 1, "model": 1, "controller": 1},
+            SAID,
+            [
+                ("FAULT", "not running, or stuck: estimator"),
+                ("hint", "right for a driver of your own: docs/drives.md"),
+            ],
+        ),
+        (
+            {**RUNNING, "rig": 2},
+            {},
+            [("FAULT", "stop all but one: their messages mix"), ("ok", "")],
+        ),
+    ],
+)
+def test_a_driver_of_another_name_takes_the_place_of_the_rig(
+    found: dict[str, int], speakers: dict[str, list[str]], told: list[tuple[str, str]]
+) -> None:
+    """The rig was said not to run, or to be stuck."""
+    pytest.importorskip("rclpy")
+    from flexarm_bringup.doctor.graph_node import look_at_nodes
+
+    assert [(item.verdict, item.cure) for item in look_at_nodes(found, speakers)] == told
+
+
+@pytest.mark.parametrize(("comes", "wanted"), [(True, ""), (False, "not running, or stuck: rig")])
+def test_a_node_of_which_a_busy_machine_hears_late_is_looked_for_once_more(
+    comes: bool, wanted: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("rclpy")
+    from flexarm_bringup.doctor import graph_node
+
+    monkeypatch.setattr(graph_node, "LISTEN", 0.3)
+    seen = iter(range(100))
+
+    def names() -> list[tuple[str, str]]:
+        late = ["rig"] if comes and next(seen) >= 1 else []
+        return [(name, "/flexarm") for name in [*RUNNING, *late]]
+
+    node: Any = SimpleNamespace(get_node_names_and_namespaces=names)
+    (told,) = graph_node.look_at_nodes(graph_node._wait_for_nodes(node), {})
+    assert told.cure == wanted
 
 
 def _ask_doctor(environment: dict[str, str]) -> subprocess.CompletedProcess[str]:

@@ -185,7 +185,7 @@ def diagnostics_msg(
 
 
 def _refusal_level(source: str, reasons: Iterable[str]) -> bytes:
-    """Return how bad it is; joints of a gripper do no harm, and an axis that is missing is told by its sensor."""
+    """Return how bad it is: joints of a gripper do no harm, and of a missing axis its sensor tells."""
     is_harmless = source.endswith("_timestamp") or all(reason.startswith(STRANGERS) for reason in reasons)
     return bytes(DiagnosticStatus.WARN if is_harmless else DiagnosticStatus.ERROR)
 

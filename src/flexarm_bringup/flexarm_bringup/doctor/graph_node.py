@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState, ReducedModel
@@ -15,15 +15,16 @@ from rclpy.time import Time
 from flexarm_bringup.doctor.finding import Finding, Verdict
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.spinning import spin_once
-from flexarm_bringup.topics import NAMESPACE, STREAMS, Stream
+from flexarm_bringup.topics import NAMELESS, NAMESPACE, STREAMS, Stream
 from flexarm_model.ros.node import LATEST_QOS, MODELS_QOS, events_executor
 from flexarm_model.ros.tool_node import in_domain
 
-LISTEN = 3.0  # s
+LISTEN = 3.0  # s, and once more where nodes are missing
+LOOK_PERIOD = 0.1  # s
 EXCHANGE = 5.0  # s, longest that nodes need to take over a new model
-OWN = "doctor"
+OWN, RIG = "doctor", "rig"
 _ERROR = "ERROR:"  # before each of rclpy's reasons
-ALONE = "model", "rig", "guard", "estimator"  # one of each; what goes to the guard others may send, too
+ALONE = "model", RIG, "guard", "estimator"  # one of each; what goes to the guard others may send, too
 
 
 def look_at_graph() -> Iterator[Finding]:
@@ -36,8 +37,10 @@ def look_at_graph() -> Iterator[Finding]:
         node = Node(OWN, namespace="flexarm", start_parameter_services=False)
         try:
             heard = _listen(node)
-            yield from _nodes(node)
-            yield from find_rivals({stream.topic: _speakers(node, stream) for stream in STREAMS})
+            found = _wait_for_nodes(node)
+            speakers = {stream.topic: _speakers(node, stream) for stream in STREAMS}
+            yield from look_at_nodes(found, speakers)
+            yield from find_rivals(speakers)
             yield from _qualities(node)
             yield from look_at_models(heard)
             yield from _guard(heard)
@@ -58,15 +61,35 @@ def _listen(node: Node) -> dict[str, Any]:
     executor.add_node(node)
     end = time.monotonic() + LISTEN
     while time.monotonic() < end:
-        spin_once(executor, 0.1)
+        spin_once(executor, LOOK_PERIOD)
     executor.shutdown()
     return heard
 
 
-def _nodes(node: Node) -> Iterator[Finding]:
-    found = Counter(
-        name for name, space in node.get_node_names_and_namespaces() if space == NAMESPACE and name != OWN
-    )
+def _wait_for_nodes(node: Node) -> Counter[str]:
+    """Return how many nodes there are of every name; a busy machine hears of some late."""
+    end = time.monotonic() + LISTEN
+    while (found := _running(node)) and _missing(found) and time.monotonic() < end:
+        time.sleep(LOOK_PERIOD)
+    return found
+
+
+def _running(node: Node) -> Counter[str]:
+    names = node.get_node_names_and_namespaces()
+    return Counter(name for name, space in names if space == NAMESPACE and name != OWN)
+
+
+def _missing(found: Collection[str]) -> list[str]:
+    return [row.name for row in rig_graph() if row.essential and row.name not in found]
+
+
+def look_at_nodes(found: Mapping[str, int], speakers: Mapping[str, Sequence[str]]) -> Iterator[Finding]:
+    """Yield which nodes run, twice or not at all; nothing is missing where a driver speaks for the rig.
+
+    Args:
+        found: Number of nodes by name.
+        speakers: Names of nodes by topic.
+    """
     if not found:
         yield Finding("ok", "graph", f"no node runs in {NAMESPACE}")
         return
@@ -74,13 +97,23 @@ def _nodes(node: Node) -> Iterator[Finding]:
         if count > 1:
             text = f"{count} nodes are called {NAMESPACE}/{name}"
             yield Finding("FAULT", "graph", text, "stop all but one: their messages mix")
-    missing = [row.name for row in rig_graph() if row.essential and row.name not in found]
+    drivers = [] if RIG in found else _drivers(speakers)
+    missing = [name for name in _missing(found) if not (name == RIG and drivers)]
+    running = f"running: {', '.join(sorted(found))}"
     if missing:
-        running = f"running: {', '.join(sorted(found))}"
-        how_bad: Verdict = "FAULT" if "rig" in found else "hint"
+        how_bad: Verdict = "FAULT" if RIG in found or drivers else "hint"
         yield Finding(how_bad, "graph", running, f"not running, or stuck: {', '.join(missing)}")
     else:
-        yield Finding("ok", "graph", f"running: {', '.join(sorted(found))}")
+        yield Finding("ok", "graph", running)
+    if drivers:
+        text = f"{', '.join(drivers)} speaks in the place of {RIG}"
+        yield Finding("hint", "graph", text, "right for a driver of your own: docs/drives.md")
+
+
+def _drivers(speakers: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return who tells what the rig does; a name that nobody has heard yet is none."""
+    topics = [stream.topic for stream in STREAMS if stream.publisher == RIG and not stream.is_optional]
+    return sorted({who for topic in topics for who in speakers.get(topic, ())} - {NAMELESS})
 
 
 def _speakers(node: Node, stream: Stream) -> list[str]:

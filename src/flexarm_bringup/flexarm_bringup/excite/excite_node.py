@@ -42,6 +42,7 @@ from flexarm_bringup.excite.settings import ExciteSettings, wish_of
 from flexarm_bringup.excite.told import to_text
 from flexarm_bringup.excite.told_axes import UntoldError, told_axes
 from flexarm_bringup.series import Series, SeriesError
+from flexarm_bringup.topics import NAMELESS
 from flexarm_estimator.messages.inbox import TORQUE_TOPIC
 from flexarm_model.conversions import floats, stamp_to_ns
 from flexarm_model.manipulator.cameras import CAMERA
@@ -56,7 +57,6 @@ LOOKED_AROUND = 1.0  # s after which a controller on the network is known
 AT_POSE = 0.01  # rad or m; an arm that stands elsewhere would be pulled
 ACKNOWLEDGED = 2.0  # s for the recorder to take the last words
 COMMANDS = "joint_commands"
-NAMELESS = "_NODE_NAME_UNKNOWN_"  # rmw: a publisher whose node has not been heard of
 
 
 class ExciteNode(Node):  # type: ignore[misc]

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 from flexarm_estimator.measurement import Measurement
 
-
 STRANGERS = "unknown joint"  # how the reason begins where a message also tells of axes of somebody else
 
 
