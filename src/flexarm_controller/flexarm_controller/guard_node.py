@@ -133,6 +133,7 @@ class GuardNode(ManagedNode):
             return
         if silence := self._cycle.silence(now):
             self.guard.stop(silence)
+            self._drives.doubt()
         self._voice.say_when_due()
         self.alarm.due = self._cycle.next_look(now)
 
@@ -149,8 +150,10 @@ class GuardNode(ManagedNode):
 
     def on_arm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Arm the guard with a new session token."""
-        refusal = self._margins or self._drives.refusal or self._cycle.silence(self._now())
-        refusal = refusal or self._awaited_tick() or self.guard.unready(not self.settings.lockstep)
+        refusal = self._margins or self._drives.unready(self.exchange.stamp_ns >= 0)
+        refusal = (
+            refusal or self._cycle.silence(self._now()) or self.guard.unready(not self.settings.lockstep)
+        )
         response.success, response.message = not refusal, refusal or "armed"
         if not refusal:
             self.guard.arm(self.exchange.t, 1 + secrets.randbits(62))
@@ -197,10 +200,6 @@ class GuardNode(ManagedNode):
         elif self.settings.lockstep and self.exchange.stamp_ns < 0:
             self._voice.send(self.guard.holding, self._drives.seal)
 
-    def _awaited_tick(self) -> str:
-        is_late = self.settings.lockstep and self._drives.before and self.exchange.stamp_ns < 0
-        return "the drives have not told yet how the arm moves" if is_late else ""
-
     def _now(self) -> float:
         return 0.0 if self.settings.lockstep else time.monotonic()
 
@@ -209,6 +208,7 @@ class GuardNode(ManagedNode):
         now = self._now()
         if (stood := self._cycle.look(now)) > self.guard.limits.max_age:
             self.guard.stop(f"guard did not run for {1e3 * stood:.0f} ms")
+            self._drives.doubt()
         return now
 
     def _connect(self) -> None:
