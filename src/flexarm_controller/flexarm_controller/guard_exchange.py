@@ -9,6 +9,7 @@ from collections import defaultdict
 from typing import Any
 
 from flexarm_controller.drives.conversions import command_from_msg, drive_state_from_msg
+from flexarm_controller.drives.drive_clock import DriveClock
 from flexarm_controller.due_commands import DueCommands
 from flexarm_controller.guard import Guard, GuardState
 from flexarm_controller.guard_settings import GuardSettings, guard_limits, hold_of
@@ -28,6 +29,7 @@ class GuardExchange:
         guard: The guard, stopped at first.
         names: Actuated axes.
         period_ns: Motor period [ns].
+        clock: Of the drives, by their stamps.
         stamp_ns: Of the drives' newest state [ns]; -1 before the first.
         model_fault: Why the last model was refused; empty when it was taken.
     """
@@ -44,6 +46,7 @@ class GuardExchange:
         self._config, self._epoch_ns = config, epoch_ns
         self.names, self.period_ns = tuple(config.actuated), round(NS_PER_S / config.rate_hz)
         self.guard = Guard(guard_limits(config, tree, settings))
+        self.clock = DriveClock(self.period_ns, self.guard.limits.max_age)
         self._loads = PoseLoads(tree, hold_of(self.guard.limits, settings))
         self._gauges = StrainGauges(config)
         self._strains: defaultdict[str, list[float]] = defaultdict(list)  # since the last answer
@@ -97,16 +100,17 @@ class GuardExchange:
     def on_drive_states(self, msg: Any) -> int:
         """Take what the drives measure; return how many periods after the last time.
 
-        A clock that was set back, or a gap that is longer than any silence may be, stops the arm.
+        A clock that was set back or stands, stamps half a period apart, or a gap that is longer than any
+        silence may be stop the arm.
         """
         stamp_ns = min(stamp_to_ns(msg.header.stamp), LAST_STAMP_NS)
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
-        passed = round((stamp_ns - self.stamp_ns) / self.period_ns) if self.stamp_ns >= 0 else 1
-        if not 0 < passed * self.period_ns <= self.guard.limits.max_age * NS_PER_S:
-            self.guard.stop(f"clock of the drives jumped by {1e-9 * (stamp_ns - self.stamp_ns):.3g} s")
+        passed = self.clock.take(stamp_ns)
+        if self.clock.fault:
+            self.guard.stop(self.clock.fault)
         self._state, self.stamp_ns = drive_state_from_msg(msg, self.names), stamp_ns
-        return max(passed, 1)
+        return passed
 
     def on_command(self, msg: Any) -> None:
         """Keep the newest command of the session; of others, which may be large, nothing more is read."""

@@ -150,10 +150,9 @@ class GuardNode(ManagedNode):
 
     def on_arm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Arm the guard with a new session token."""
-        refusal = self._margins or self._drives.unready(self.exchange.stamp_ns >= 0)
-        refusal = (
-            refusal or self._cycle.silence(self._now()) or self.guard.unready(not self.settings.lockstep)
-        )
+        refusal = self._margins or self.exchange.clock.unready() or self._cycle.silence(self._now())
+        refusal = refusal or self._drives.unready(self.exchange.stamp_ns >= 0)
+        refusal = refusal or self.guard.unready(not self.settings.lockstep)
         response.success, response.message = not refusal, refusal or "armed"
         if not refusal:
             self.guard.arm(self.exchange.t, 1 + secrets.randbits(62))

@@ -18,7 +18,7 @@ guard, period = node.guard, node.exchange.period_ns
 
 def state(k):
     msg = JointState(name=list(node.exchange.names), position=[0.0], velocity=[0.0])
-    msg.header.stamp = ns_to_stamp(10**18 + k * period)
+    msg.header.stamp = ns_to_stamp(10**18 + round(k * period))
     node.on_sensor("drive_states", msg)
 
 def command(k):
@@ -40,7 +40,7 @@ print(guard.passed, guard.mode, guard.reason)
 """
 
 
-SILENCE = """
+ARM = """
 from std_srvs.srv import Trigger
 node._margins, node._drives.refusal = "", ""
 guard.unready = lambda is_watched=True: ""
@@ -49,11 +49,28 @@ def arm():
     answer = node.on_arm(Trigger.Request(), Trigger.Response())
     return answer.success, answer.message
 
+"""
+SILENCE = """
 state(0)
 print(arm())
 node.on_stop(Trigger.Request(), Trigger.Response())
 clock[0] += 2.0
 print(arm(), guard.mode)
+"""
+RETURN = """
+from flexarm_controller.drives.seal import Seal
+state(0)
+node._drives.seal = Seal("given by the drives of before")
+clock[0] += 2.0
+node.on_alarm()
+state(1)
+print(arm())
+"""
+FAST = """
+for k in range(100):
+    clock[0] += 0.5e-9 * period
+    state(0.5 * k)
+print(arm())
 """
 LAST_WORDS = """
 said = []
@@ -92,7 +109,20 @@ def test_a_command_that_waited_while_the_guard_stood_still_is_not_used(stood, sa
 
 
 def test_nobody_is_told_armed_while_the_drives_are_silent():
-    assert run_beside(NODE, SILENCE) == ["(True, 'armed')", "(False, 'drives silent for 35 ms') braking"]
+    assert run_beside(NODE, ARM + SILENCE) == [
+        "(True, 'armed')",
+        "(False, 'drives silent for 35 ms') braking",
+    ]
+
+
+def test_drives_that_come_back_have_to_say_whom_they_obey_before_the_guard_is_armed():
+    said = "drives or guard were away; the drives have not told yet whom they obey"
+    assert run_beside(NODE, ARM + RETURN) == [f"(False, '{said}')"]
+
+
+def test_the_guard_is_not_armed_with_drives_of_twice_the_rate():
+    said = "drives tell every 2.5 ms, the arm's period is 5 ms"
+    assert run_beside(NODE, ARM + FAST) == [f'(False, "{said}")']
 
 
 def test_a_guard_that_is_deactivated_says_that_it_stopped():
