@@ -1,6 +1,8 @@
-"""Model, estimator, controller and simulated rig: the graph of the supervisor as a launch file.
+"""Model, estimator, controller, guard and simulated rig: the graph of the supervisor as a launch file.
 
 ros2 launch flexarm_bringup rig.launch.py manipulator:=single_link preset:=light_hub bag:=/data/run1
+
+With driver:=drive_states the simulated rig is left out: a driver of a real one speaks (docs/drives.md).
 
 By the clock a crash of an essential node stops the motion, and the node comes back; nothing moves before the
 guard is armed again. In lockstep, with respawn:=false, and when it would crash again, it ends the run. Where
@@ -21,7 +23,8 @@ from launch_ros.actions import Node
 
 from flexarm_bringup.processes.composition import composed, renamed, write_parameters
 from flexarm_bringup.processes.doubles import refuse_doubles
-from flexarm_bringup.processes.graph import with_drift, with_markers
+from flexarm_bringup.processes.graph import with_drift, with_driver, with_markers
+from flexarm_bringup.processes.second_driver_node import refuse_second_driver
 from flexarm_bringup.processes.secured import check_graph_security
 from flexarm_bringup.processes.stopper_node import StopperNode
 from flexarm_bringup.processes.supervisor import ON_PURPOSE, RESPAWNS, WITHIN
@@ -34,6 +37,7 @@ from launch import LaunchDescription
 ARGUMENTS = {
     "manipulator": ("single_link", "name of a manipulator that comes along, or a YAML file"),
     "preset": ("", "preset of that file; empty: the first that the arm's moves are for"),
+    "driver": ("", "own driver: topic of its drives, drive_states or joint_states; empty: simulated rig"),
     "lockstep": ("false", "true: nodes wait for each other; false: real time"),
     "bag": ("", "folder to record into; empty: do not record"),
     "composed": ("false", "true: estimator and controller in one process"),
@@ -70,12 +74,15 @@ def nodes(context):
     may_return = chosen["respawn"] and not chosen["lockstep"]
     arm = given.pop("manipulator")
     preset = given.pop("preset") or None
+    driver = given.pop("driver")
     graph = arm_graph(arm, preset, **given)
+    graph = with_driver(graph, driver) if driver else graph
     graph = composed(graph) if chosen["composed"] else graph
     graph = with_markers(graph) if chosen["markers"] else graph
     graph = with_drift(graph, drift_settings(arm, preset)) if chosen["drift"] else graph
     check_graph_security(graph)
     atexit.register(refuse_doubles(graph).close)  # held until launch itself ends
+    refuse_second_driver(graph)
     stop = StopperNode().stop
     return [*said, *(node(process, may_return, stop) for process in graph)]
 
@@ -96,7 +103,7 @@ def strangers(given):
     said = []
     for name in sorted(set(given) - set(ARGUMENTS)):
         meant = get_close_matches(name, ARGUMENTS, n=1)
-        if meant:
+        if meant and meant[0] not in name.split("_"):  # camera_driver is no driver misspelt
             raise ValueError(f"{name}:={given[name]}: no such argument; expected {meant[0]}? {there_are}")
         said.append(f"{name}:={given[name]}: no argument of the rig, and does nothing here; {there_are}")
     return said

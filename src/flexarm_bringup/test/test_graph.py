@@ -11,7 +11,14 @@ import pytest
 import yaml
 
 from flexarm_bringup.processes.composition import composed
-from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments, with_drift, with_markers
+from flexarm_bringup.processes.graph import (
+    Process,
+    rig_graph,
+    ros_arguments,
+    with_drift,
+    with_driver,
+    with_markers,
+)
 from flexarm_bringup.processes.supervisor import RESPAWNS, WITHIN
 from flexarm_bringup.processes.timing import PRIORITIES, timing
 from flexarm_bringup.tasks.node_settings import arm_graph
@@ -20,6 +27,7 @@ from flexarm_model.process.security import SecurityError
 from flexarm_model.ros.parameter_file import read_parameter_file
 
 STOPPER = "flexarm_bringup.processes.stopper_node"
+SECOND = "flexarm_bringup.processes.second_driver_node"
 LAUNCH_FILE = Path(__file__).parents[1] / "launch" / "rig.launch.py"
 
 
@@ -76,6 +84,24 @@ def test_a_viewer_goes_with_a_watch_for_drift() -> None:
     assert graph[-1].parameters == {"manipulator": "planar_3rrr", "preset": "geared", "lockstep": False}
 
 
+@pytest.mark.parametrize(
+    ("topic", "remaps"), [("drive_states", {}), ("joint_states", {"drive_states": "joint_states"})]
+)
+def test_a_driver_takes_the_place_of_the_simulated_rig(topic: str, remaps: dict[str, str]) -> None:
+    graph = rig_graph(bag="b")
+    driven = with_driver(graph, topic)
+    assert [row.name for row in driven] == [row.name for row in graph if row.name != "rig"]
+    assert {row.name: row.remaps for row in driven if row.remaps} == ({"guard": remaps} if remaps else {})
+    assert [row.parameters for row in driven] == [row.parameters for row in graph if row.name != "rig"]
+
+
+def test_a_driver_tells_on_a_topic_that_is_one_and_by_the_clock() -> None:
+    with pytest.raises(ValueError, match="driver: 'true': expected drive_states or joint_states"):
+        with_driver(rig_graph(), "true")
+    with pytest.raises(ValueError, match="a real rig runs by the clock, not in lockstep"):
+        with_driver(rig_graph(lockstep=True))
+
+
 def test_settings_of_an_unknown_node_are_refused() -> None:
     with pytest.raises(ValueError, match="settings for rigg: no such node; there are model, estimator"):
         rig_graph(settings={"rigg": {"seed": 1}})
@@ -116,6 +142,7 @@ def fake_launch(monkeypatch: pytest.MonkeyPatch) -> None:
         "launch_ros": [],
         "launch_ros.actions": ["Node"],
         STOPPER: [],
+        SECOND: [],
     }
     for module, classes in names.items():
         fake = ModuleType(module)
@@ -123,6 +150,7 @@ def fake_launch(monkeypatch: pytest.MonkeyPatch) -> None:
             setattr(fake, name, type(name, (Recorded,), {}))
         monkeypatch.setitem(sys.modules, module, fake)
     sys.modules[STOPPER].StopperNode = Stopped  # type: ignore[attr-defined]
+    sys.modules[SECOND].refuse_second_driver = lambda graph: None  # type: ignore[attr-defined]
 
 
 class Stopped:
@@ -142,7 +170,7 @@ def launched(monkeypatch: pytest.MonkeyPatch, **given: str) -> list[Any]:
     declared = {item.arguments[0]: item.default_value for item in actions if hasattr(item, "default_value")}
     assert declared == {
         "manipulator": "single_link", "preset": "", "lockstep": "false", "bag": "", "composed": "false",
-        "markers": "false", "drift": "false", "respawn": "true",
+        "driver": "", "markers": "false", "drift": "false", "respawn": "true",
     }  # fmt: skip
     return list(actions[-1].function(SimpleNamespace(launch_configurations={**declared, **given})))
 
@@ -182,6 +210,14 @@ def test_the_launch_file_starts_the_same_graph(monkeypatch: pytest.MonkeyPatch) 
     assert [node.on_exit is None for node in nodes] == [not process.essential for process in graph]
     assert not any(node.respawn for node in nodes)
     assert all(ends_all(node) for node in nodes if node.on_exit)
+
+
+def test_the_launch_file_leaves_the_simulated_rig_out_for_a_driver(monkeypatch: pytest.MonkeyPatch) -> None:
+    nodes = launched(monkeypatch, driver="joint_states")
+    graph = with_driver(arm_graph("single_link"), "joint_states")
+    assert [node.name for node in nodes] == [row.name for row in graph]
+    (guard,) = (node for node in nodes if node.name == "guard")
+    assert guard.remappings == [("drive_states", "joint_states")]
 
 
 def test_parameters_as_launch_ros_writes_them_are_read(
@@ -238,6 +274,8 @@ def test_the_launch_file_refuses_a_misspelt_argument_and_names_one_that_is_none_
     """``ros2 launch`` takes any: ``prest:=light_hub`` ran another arm than was meant, without a word."""
     with pytest.raises(ValueError, match="prest:=light_hub: no such argument; expected preset?"):
         launched(monkeypatch, prest="light_hub")
+    with pytest.raises(ValueError, match="drivr:=drive_states: no such argument; expected driver?"):
+        launched(monkeypatch, drivr="drive_states")
     said, *nodes = launched(monkeypatch, camera_driver="uvc")  # perhaps of a launch file that includes this
     assert said.msg.startswith("camera_driver:=uvc: no argument of the rig") and "drift" in said.msg
     assert [node.name for node in nodes] == [node.name for node in launched(monkeypatch)]

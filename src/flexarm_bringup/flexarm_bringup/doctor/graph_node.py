@@ -13,7 +13,7 @@ from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.time import Time
 
 from flexarm_bringup.doctor.finding import Finding, Verdict
-from flexarm_bringup.processes.graph import rig_graph
+from flexarm_bringup.processes.graph import RIG, rig_graph
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.topics import NAMELESS, NAMESPACE, STREAMS, Stream
 from flexarm_model.ros.node import LATEST_QOS, MODELS_QOS, events_executor
@@ -22,7 +22,7 @@ from flexarm_model.ros.tool_node import in_domain
 LISTEN = 3.0  # s, and once more where nodes are missing
 LOOK_PERIOD = 0.1  # s
 EXCHANGE = 5.0  # s, longest that nodes need to take over a new model
-OWN, RIG = "doctor", "rig"
+OWN = "doctor"
 _ERROR = "ERROR:"  # before each of rclpy's reasons
 ALONE = "model", RIG, "guard", "estimator"  # one of each; what goes to the guard others may send, too
 

@@ -13,6 +13,9 @@ from typing import Any
 
 from flexarm_bringup.processes.timing import PRIORITIES, timing
 
+RIG = "rig"
+DRIVE_TOPICS = ("drive_states", "joint_states")  # on which a driver may tell what its drives measure
+
 
 @dataclass(frozen=True)
 class Process:
@@ -69,7 +72,7 @@ def rig_graph(
         Process("flexarm_estimator", "estimator_node", "estimator"),
         Process("flexarm_controller", "controller_node", "controller"),
         Process("flexarm_controller", "guard_node", "guard"),
-        Process("flexarm_bringup", "rig_node", "rig"),
+        Process("flexarm_bringup", "rig_node", RIG),
     ]
     if bag:
         more["recorder"] = {
@@ -85,6 +88,25 @@ def rig_graph(
         names = ", ".join(row.name for row in rows)
         raise ValueError(f"settings for {', '.join(sorted(unknown))}: no such node; there are {names}")
     return tuple(replace(row, parameters={**shared, **more.get(row.name, {})}) for row in rows)
+
+
+def with_driver(graph: Sequence[Process], topic: str = DRIVE_TOPICS[0]) -> tuple[Process, ...]:
+    """Return a graph for a driver of a real rig: without the simulated one.
+
+    Args:
+        graph: By the clock.
+        topic: On which the driver tells what the drives measure; the guard hears it in place of drive_states.
+
+    Raises:
+        ValueError: There is no such topic, or the graph is in lockstep, which a real rig does not keep.
+    """
+    if topic not in DRIVE_TOPICS:
+        raise ValueError(f"driver: '{topic}': expected {' or '.join(DRIVE_TOPICS)}")
+    if _shared(graph)["lockstep"]:
+        raise ValueError("driver: a real rig runs by the clock, not in lockstep")
+    heard = {} if topic == DRIVE_TOPICS[0] else {DRIVE_TOPICS[0]: topic}
+    rows = (row for row in graph if row.name != RIG)
+    return tuple(replace(row, remaps={**row.remaps, **heard}) if row.name == "guard" else row for row in rows)
 
 
 def with_markers(graph: Sequence[Process]) -> tuple[Process, ...]:

@@ -1,4 +1,4 @@
-"""Start the simulated rig with its nodes on this machine and watch it until Ctrl-C.
+"""Start the nodes of an arm on this machine, with the simulated rig or your driver, until Ctrl-C.
 
 The same table of processes as rig.launch.py, without ros2 launch. It prints who has become ready, what the
 guard does, and who has ended. When model, estimator, controller, guard or rig crashes, the motion is stopped
@@ -29,7 +29,7 @@ from flexarm_bringup.arguments import new_folder, number, output_folder
 from flexarm_bringup.processes.asked_to_end import noting_signals
 from flexarm_bringup.processes.composition import composed
 from flexarm_bringup.processes.doubles import refuse_doubles
-from flexarm_bringup.processes.graph import Process, with_drift, with_markers
+from flexarm_bringup.processes.graph import DRIVE_TOPICS, Process, with_drift, with_driver, with_markers
 from flexarm_bringup.processes.secured import check_graph_security
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import check_domain, defaults
@@ -49,6 +49,7 @@ examples:
   flexarm rig                                     the single link, ready to be armed
   flexarm rig planar_3rrr --bag run1              another arm, recorded
   flexarm rig my_moves.yaml                       an arm with the settings of a copy of its config/moves file
+  flexarm rig my_arm.yaml --driver drive_states   without the simulated rig: a driver of a real one runs
   flexarm rig --no-respawn --seconds 60           a crash ends it, and so do 60 s
 """
 OK, ENDED, REFUSED = 0, 1, 2
@@ -68,6 +69,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--preset", help="preset of the arm; the first that its moves are for, none without moves"
     )
     parser.add_argument("--bag", type=new_folder, help="folder to record into, which is made")
+    parser.add_argument(
+        "--driver",
+        choices=DRIVE_TOPICS,
+        help="no simulated rig: your driver runs, and tells on this topic what the drives measure",
+    )
     parser.add_argument("--markers", action="store_true", help="also show the arm to RViz and Foxglove")
     parser.add_argument(
         "--drift", action="store_true", help="also watch whether the modes run as they should"
@@ -96,6 +102,7 @@ def run(args: argparse.Namespace) -> int:
             check_domain()
             _check_security(graph)
             held.enter_context(refuse_doubles(graph))
+            _refuse_second_driver(graph)
             if asked_to_end():
                 lines.say("ended before any was started")
                 return OK
@@ -151,6 +158,7 @@ def _graph(args: argparse.Namespace) -> tuple[Process, ...]:
     """
     bag = str(args.bag.resolve()) if args.bag else ""
     graph = arm_graph(args.manipulator, args.preset, bag=bag)
+    graph = with_driver(graph, args.driver) if args.driver else graph
     graph = composed(graph) if args.composed else graph
     graph = with_markers(graph) if args.markers else graph
     graph = with_drift(graph, drift_settings(args.manipulator, args.preset)) if args.drift else graph
@@ -169,6 +177,17 @@ def _check_security(graph: tuple[Process, ...]) -> None:
 
         with watching((), lambda told: None):
             pass
+
+
+def _refuse_second_driver(graph: tuple[Process, ...]) -> None:
+    """Check that nobody is the drives of the arm already.
+
+    Raises:
+        SecondDriverError: Somebody is.
+    """
+    from flexarm_bringup.processes.second_driver_node import refuse_second_driver
+
+    refuse_second_driver(graph)
 
 
 def _told(error: Exception) -> str:
