@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.messages.camera_messages import CameraReader
 from flexarm_estimator.messages.covariances import CovarianceReader
-from flexarm_estimator.messages.readings import STRANGERS, Reading, Refusal
+from flexarm_estimator.messages.readings import Reading, Refusal
 from flexarm_model.manipulator.cameras import camera_topic, cameras
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.imu import imus
@@ -122,7 +122,7 @@ def _unknown(joints: Sequence[str]) -> str:
     """Return the reason that names joints, in the same order whatever that of the message."""
     names = sorted(set(joints))
     told = "', '".join(names)
-    return f"{STRANGERS}{'s' * (len(names) > 1)} '{told}'"
+    return f"unknown joints '{told}'" if len(names) > 1 else f"unknown joint '{told}'"
 
 
 def _imu_reader(unit: str, specs: Sequence[SensorSpec]) -> Callable[[Any, float], Reading]:

@@ -138,4 +138,5 @@ def _damped_modes(M: Array, D: Array, K: Array) -> tuple[Array, Array, Array]:
     poles, psi = poles[kept], vectors[:n, kept]
     psi = psi * np.exp(-0.5j * np.angle(np.sum(psi**2, axis=0)))
     shapes = phi @ (psi.real / np.linalg.norm(psi.real, axis=0))
-    return abs(poles), -poles.real / abs(poles), shapes
+    omega = np.abs(poles)
+    return omega, -poles.real / omega, shapes
