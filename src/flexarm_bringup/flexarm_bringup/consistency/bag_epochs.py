@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.bags.bag_reader import Record, decode
 from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.consistency.acting_torques import acting_torques
 from flexarm_bringup.consistency.recording import Recording
 from flexarm_bringup.consistency.switched_off import refuse_other_filters, without_switched_off
 from flexarm_bringup.topics import NAMESPACE
@@ -46,21 +47,24 @@ class Epochs:
 
 @dataclass
 class _Heard:
-    """Everything in a bag that matters, with times [s]."""
+    """Everything in a bag that matters, with times [s] where no stamps are named."""
 
     models: list[tuple[float, ReducedModel]] = field(default_factory=list)
-    torques: list[tuple[float, Array]] = field(default_factory=list)
+    told: dict[int, Array] = field(default_factory=dict)  # torques by stamp [ns], as the guard let them pass
+    measured: dict[int, Array | None] = field(default_factory=dict)  # as the drives had them
     samples: list[Measurement] = field(default_factory=list)
     done: list[tuple[float, Intervention]] = field(default_factory=list)
 
 
+DRIVES_TOPIC = "joint_states"  # what the drives measure, torques as well
 FIRST_STEP = 0.005  # s from the start to the first epoch
 
 
 def read_epochs(recording: Recording) -> Epochs:
     """Return the record of a bag.
 
-    Samples that cannot be read, are not finite or of a sensor that was switched off are left out.
+    Samples that cannot be read, are not finite or of a sensor that was switched off are left out. Torques are
+    those that acted for the estimator, too: as the guard told them, else as the drives measured them.
 
     Raises:
         BagError: It has no model, or no sample, or a user set the state or the noise on the way.
@@ -72,8 +76,10 @@ def read_epochs(recording: Recording) -> Epochs:
     refuse_other_filters(heard.done, recording.bag.path, samples[0].t)
     samples = without_switched_off(samples, heard.done)
     models = sorted(heard.models, key=lambda item: item[0])
-    torques = sorted(heard.torques, key=lambda item: item[0])
-    epochs = tuple(order_epochs(samples, torques, [t for t, _ in models], len(recording.config.actuated)))
+    limits = [axis.effort for axis in recording.config.actuated.values()]
+    acted = acting_torques(heard.told, heard.measured, limits)
+    torques = [(torque.stamp_ns * NS, torque.tau) for torque in acted]
+    epochs = tuple(order_epochs(samples, torques, [t for t, _ in models], len(limits)))
     return Epochs(tuple(model for _, model in models), epochs, epochs[0].t - FIRST_STEP)
 
 
@@ -89,7 +95,8 @@ def _listen(recording: Recording) -> _Heard:
 
 def _hear(topic: str, record: Record, reader: SensorReader, heard: _Heard) -> None:
     msg: Any = decode(record)
-    t = stamp_to_ns(msg.header.stamp) * NS
+    stamp_ns = stamp_to_ns(msg.header.stamp)
+    t = stamp_ns * NS
     if topic == "model":
         heard.models.append((t, model_from_msg(msg)))
     elif topic == INTERVENTIONS_TOPIC:
@@ -97,8 +104,10 @@ def _hear(topic: str, record: Record, reader: SensorReader, heard: _Heard) -> No
     elif topic == TORQUE_TOPIC:
         tau, _ = reader.read_torque(topic, msg)
         if tau is not None:
-            heard.torques.append((t, tau))
+            heard.told[stamp_ns] = tau
     else:
+        if topic == DRIVES_TOPIC and len(msg.effort):
+            heard.measured[stamp_ns], _ = reader.read_torque(topic, msg)
         heard.samples += [
             sample for sample in reader.read(topic, msg, t).samples if np.isfinite(sample.y).all()
         ]
