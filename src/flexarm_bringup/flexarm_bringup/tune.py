@@ -28,6 +28,7 @@ from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
 from flexarm_bringup.consistency.bag_epochs import Epochs, read_epochs
 from flexarm_bringup.consistency.knobs import Noise, Parameter
 from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
+from flexarm_bringup.consistency.search import DEAR
 from flexarm_bringup.consistency.settled import SETTLING, beginnings, is_settled
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, tip_error
 from flexarm_bringup.consistency.tuning import Tuned, Tuner
@@ -43,7 +44,8 @@ MOST_SPREAD = 7.0  # of a logarithm; the record does not tell by which factor of
 MICRO = 1e6
 VERDICTS = {
     "told": "tells it",
-    "limit": "says that it is still further off",
+    "less": "tells only that it is less",
+    "more": "tells only that it is more",
     "flat": "does not tell it: stays as before",
 }
 
@@ -167,8 +169,10 @@ def parameter_table(parameters: Sequence[Parameter]) -> Table:
         for each in parameters
     ]  # fmt: skip
     notes = [
-        "uncertain: one sigma of the logarithm, from the curvature of the likelihood; flat is what is less "
-        "certain than by a factor of e; the search goes as far as a factor of 100",
+        "uncertain: one sigma of the logarithm, from the curvature of the likelihood; the search goes as far "
+        "as a factor of 100",
+        "what is less certain than by a factor of e, or ends at the limit of the search, is put back, and "
+        f"the others are searched again: it stays so where that costs at most {DEAR:g} of log-likelihood",
         "a bag shows what happened in it: it does not show what else the settings are to bear (payloads, "
         "less stiffness)",
         "sensors that share kind and sigma share a parameter",

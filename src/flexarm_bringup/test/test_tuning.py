@@ -16,6 +16,7 @@ from flexarm_bringup.consistency.bag_epochs import Epochs, order_epochs, read_ep
 from flexarm_bringup.consistency.knobs import PROCESS, Noise, Parameter, make_knobs, turn
 from flexarm_bringup.consistency.monte_carlo import START_BEFORE, Bench
 from flexarm_bringup.consistency.recording import open_recording
+from flexarm_bringup.consistency.search import DEAR
 from flexarm_bringup.consistency.tuning import Tuned, Tuner, curvature, spreads, told_by
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.tune import SETTLING, Judgement, build_page
@@ -101,6 +102,31 @@ def test_torques_act_from_their_stamp_on_and_models_are_used_from_theirs() -> No
     assert [epoch.u[0] for epoch in epochs] == [0.0, 1.0, 1.0, 2.0]
     assert [epoch.parts for epoch in epochs] == [0, 1, 1, 1]
     assert [len(epoch.samples) for epoch in epochs] == [1, 1, 0, 1]
+
+
+def test_a_setting_too_small_to_matter_is_not_put_back_where_the_record_refutes_it(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was, for its likelihood is flat there; and the accelerometer's sigma made up for what it could."""
+    count, truth = 1000, 0.03**2
+    start = replace(bench.settings, modal_force=0.05)
+
+    def likelihood(tuner: Tuner, noise: Noise, **span: float) -> Likelihood:
+        sigma = next(spec.sigma[0] for spec in noise.sensors if spec.name == "tip_accelerometer")
+        variance = float(sigma**2 + noise.settings.modal_force**2)
+        return Likelihood(-count / 2 * (np.log(variance) + truth / variance))
+
+    monkeypatch.setattr(Tuner, "likelihood", likelihood)
+    tuner = Tuner(record_of(bench, 2, 1), ReducedTree(bench.config), bench.settings, settling=0.0)
+    tuned = tuner.tune(Noise(start, bench.config.sensors), np.inf)
+    by_name = {parameter.name: parameter for parameter in tuned.parameters}
+    assert by_name["modal_force"].verdict == "less"
+    assert by_name["tip_accelerometer"].after ** 2 + by_name["modal_force"].after ** 2 == pytest.approx(
+        truth, rel=3 * (2 / count) ** 0.5
+    )
+    assert likelihood(tuner, tuned.noise).value > -count / 2 * (np.log(truth) + 1.0) - DEAR
+    assert {by_name[name].verdict for name in ("acceleration_noise", "encoder", "camera")} == {"flat"}
+    assert tuned.noise.settings.acceleration_noise == start.acceleration_noise
 
 
 @pytest.mark.slow

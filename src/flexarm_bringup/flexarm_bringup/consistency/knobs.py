@@ -13,7 +13,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
-Verdict = Literal["told", "limit", "flat"]
+Verdict = Literal["told", "less", "more", "flat"]
 PROCESS = ("acceleration_noise", "disturbance_drift", "motion_acceleration", "modal_force")
 SAG = "sag_error"  # where static deflections are states
 LARGEST = float(np.log(100.0))  # change of a parameter
@@ -40,10 +40,10 @@ class Parameter:
         name: Of the setting, or of the sensors that share a sigma.
         unit: Of its value.
         before: Value (of sensors that of the first channel).
-        after: Where the search ended; not proposed where the likelihood is flat.
+        after: Where the search ended; the value before where the record does not tell it.
         spread: One sigma of the logarithm [1].
-        verdict: "told" by the record; "limit": only that it is beyond what was searched, proposed as well;
-            "flat": left as it was, and the others were searched again.
+        verdict: "told" by the record; "less", "more": only that it is so than before, proposed as well;
+            "flat": the record is as likely with the value before, which was put back.
     """
 
     name: str

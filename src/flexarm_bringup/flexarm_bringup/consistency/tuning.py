@@ -6,8 +6,9 @@ that the settings name; the curvature at its top gives the uncertainty::
 
     Cov[p] = (-d2 log L / dp2)^-1
 
-Where the likelihood is flat, the record does not tell: such a parameter is named, and stays as it was. One
-that ends at the limit of the search is told from one side only.
+What is uncertain by more than a factor of e, or ends at the limit of the search, is put back to what it was
+(``search``). Where the record stays as likely, it does not tell: the parameter is named, and stays as it was.
+Where it becomes less likely, the record tells only that the parameter is less, or more, than it was.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from flexarm_bringup.consistency.bag_epochs import Epochs
-from flexarm_bringup.consistency.knobs import Knob, Noise, Parameter, Verdict, make_knobs, turn
+from flexarm_bringup.consistency.knobs import Noise, Parameter, Verdict, make_knobs, turn
+from flexarm_bringup.consistency.search import Search
 from flexarm_estimator.filters.choice import FilterMaker
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.likelihood import Likelihood, log_likelihood
@@ -30,10 +31,8 @@ from flexarm_estimator.tool.tip import Kinematics
 
 Array = NDArray[np.float64]
 CURVED = 0.1  # step of the logarithms with which the curvature is read
-SLOPE = 1e-3  # and the slope
-FLAT = 1.0  # log of a factor; a parameter less certain than by e is not told by the record
+FLAT = 1.0  # log of a factor; of a parameter less certain than by e the record does not tell the value
 UNLIKELY = -1e12  # stands for minus infinity, which a search cannot use
-ITERATIONS = 40
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ class Tuned:
 
     Attributes:
         parameters: What was looked at.
-        noise: With those that the record tells.
+        noise: With those of which the record tells anything.
         evaluations: Runs of the filter that it took.
     """
 
@@ -87,41 +86,30 @@ class Tuner:
             say: Told how far it is.
         """
         knobs = make_knobs(noise)
-        order, fixed = [knob.name for knob in knobs], dict[str, Parameter]()
-        p = np.zeros(len(knobs))
-        while True:
-            p, H = self._search(noise, knobs, p, end, say)
-            inside = [knob.is_inside(change) for knob, change in zip(knobs, p, strict=True)]
-            kept, spread = told_by(H, inside), spreads(H)
-            verdicts = [_verdict(i in kept, inside[i], spread[i] < FLAT) for i in range(len(knobs))]
-            rows = zip(knobs, p.tolist(), spread.tolist(), verdicts, strict=True)
-            found = {knob.name: knob.parameter(*row) for knob, *row in rows}
-            if len(kept) == len(knobs):
-                break
-            fixed |= {name: each for name, each in found.items() if each.verdict != "told"}
-            at_limit = [i for i, verdict in enumerate(verdicts) if verdict == "limit"]
-            noise = turn(noise, [knobs[i] for i in at_limit], p[at_limit])
-            knobs, p = [knobs[i] for i in kept], p[kept]
-        parameters = {**fixed, **found}
-        return Tuned(tuple(parameters[name] for name in order), turn(noise, knobs, p), self.evaluations)
-
-    def _search(
-        self, noise: Noise, knobs: Sequence[Knob], p: Array, end: float, say: Callable[[str], None]
-    ) -> tuple[Array, Array]:
-        """Return where the likelihood of what comes before ``end`` [s] is highest, and its curvature."""
 
         def loss(p: Array) -> float:
             """Return the negative logarithm of the likelihood at parameters (n_knobs,)."""
             value = self.likelihood(turn(noise, knobs, p), end=end).value
-            say(f"searching: {self.evaluations} runs of the filter, {len(knobs)} parameters")
+            say(f"searching: {self.evaluations} runs of the filter, {len(free)} parameters")
             return -max(value, UNLIKELY)
 
-        if not knobs:
-            return p, np.zeros((0, 0))
-        options = {"maxiter": ITERATIONS, "eps": SLOPE, "ftol": 1e-9}
-        limits = [knob.limits for knob in knobs]
-        best = np.asarray(minimize(loss, p, method="L-BFGS-B", bounds=limits, options=options).x)
-        return best, curvature(loss, best)
+        free, p, spread = list(range(len(knobs))), np.zeros(len(knobs)), np.full(len(knobs), np.inf)
+        verdicts: list[Verdict] = ["told"] * len(knobs)
+        search = Search(loss, [knob.limits for knob in knobs])
+        while free:
+            p = search.descend(p, free)
+            H = curvature(search.held(p, free), p[free])
+            spread[free] = spreads(H)
+            kept = [free[i] for i in told_by(H, [knobs[i].is_inside(p[i]) for i in free])]
+            if len(kept) == len(free):
+                break
+            for i in sorted(set(free) - set(kept), key=lambda i: -spread[i]):
+                free.remove(i)
+                p, verdicts[i] = _put_back(search, p, i, free)
+        rows = zip(knobs, p.tolist(), spread.tolist(), verdicts, strict=True)
+        return Tuned(
+            tuple(knob.parameter(*row) for knob, *row in rows), turn(noise, knobs, p), self.evaluations
+        )
 
 
 def curvature(loss: Callable[[Array], float], p: Array) -> Array:
@@ -160,7 +148,9 @@ def told_by(H: Array, is_inside: Sequence[bool]) -> list[int]:
     return kept
 
 
-def _verdict(is_kept: bool, is_inside: bool, is_certain: bool) -> Verdict:
-    if is_kept:
-        return "told"
-    return "limit" if is_certain and not is_inside else "flat"
+def _put_back(search: Search, p: Array, i: int, free: Sequence[int]) -> tuple[Array, Verdict]:
+    """Return parameters with ``i`` as before where the record does not mind, and what it tells of it."""
+    back = search.without(p, i, free)
+    if back is not None:
+        return back, "flat"
+    return p, "less" if p[i] < 0.0 else "more"
