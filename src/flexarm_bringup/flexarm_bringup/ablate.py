@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
-from flexarm_bringup.consistency.ablation import NONE, Ablation, Without, judge_tracks, run_ablation
+from flexarm_bringup.consistency.ablation import NONE, Ablation, refuse_unsettled, run_ablation
 from flexarm_bringup.consistency.recording import open_recording
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, truth_for
+from flexarm_bringup.consistency.worth import Without, judge_tracks
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
@@ -30,10 +31,17 @@ from flexarm_bringup.progress import Progress
 
 Array = NDArray[np.float64]
 MICRO = 1e6
-TOO_MUCH = (
-    "below 1: this record is estimated better without it; its noise is told too low, or what the model is "
-    "doubted for (sag_error, stiffness_error, modal_force) too high"
+NOTES = (
+    "errors and sigmas are those of instants at which the estimate may be used",
+    "in use: share of these at which the sensor was, with none left out: neither silent, off nor faulty; "
+    "two are compared where both may be used and it was",
 )
+TOO_MUCH = (
+    "this record is estimated better without it, by more than errors scatter from one tenth of the record to "
+    "the next; its noise is told too low, or what the model is doubted for (process noise, sag_error, "
+    "stiffness_error) too high"
+)
+NEVER = "it was never in use in this record: nothing tells what it buys"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,6 +63,7 @@ def run(args: argparse.Namespace) -> int:
             [Ablation(args.bag, name, arm_named(args)) for name in names],
             progress.counted("estimating", "runs"),
         )
+        refuse_unsettled(tracks[:1], args.bag)
     except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag
         progress.done()
         print(f"flexarm ablate: {error}", file=sys.stderr)
@@ -81,29 +90,36 @@ def build_page(
 def tip_table(results: Sequence[Without]) -> Table:
     """Return the table of the tip's errors."""
     heads = [Column("left out"), Column("tip error\n[um RMS]", ".1f"), Column("times that\nof all", ".2f")]
-    heads += [Column("told sigma\n[um]", ".1f"), Column("usable\n[%]", ".1f")]
-    base = results[0].tip
+    heads += [Column("told sigma\n[um]", ".1f"), Column("usable\n[%]", ".1f"), Column("in use\n[%]", ".1f")]
     rows: list[Cells] = [
         [
-            result.sensor, MICRO * result.tip, result.tip / base if base else None,
-            MICRO * result.tip_sigma, 100 * result.usable,
+            result.sensor,
+            *_known([MICRO * result.tip, result.ratio, MICRO * result.tip_sigma]),
+            *_known([100 * result.usable, 100 * result.in_use]),
         ]
         for result in results
-    ]  # fmt: skip
-    return Table("Tip", heads, rows, [TOO_MUCH])
+    ]
+    better = [f"{result.sensor}: {TOO_MUCH}" for result in results if result.is_better]
+    never = [f"{result.sensor}: {NEVER}" for result in results if result.in_use == 0.0]
+    return Table("Tip", heads, rows, [*NOTES, *better, *never])
 
 
 def mode_tables(results: Sequence[Without]) -> list[Table]:
     """Return the tables of the modes' errors and sigmas, as motion of the tip."""
     count = results[0].modes.size
     heads = [Column("left out"), *(Column(f"mode {k + 1}", ".2f") for k in range(count))]
-    off: list[Cells] = [[result.sensor, *(MICRO * result.modes).tolist()] for result in results[1:]]
-    told: list[Cells] = [[result.sensor, *(MICRO * result.mode_sigmas).tolist()] for result in results]
+    off: list[Cells] = [[result.sensor, *_known(MICRO * result.modes)] for result in results[1:]]
+    told: list[Cells] = [[result.sensor, *_known(MICRO * result.mode_sigmas)] for result in results]
     notes = ["what the mode does at the tip; against the estimate of all sensors"]
     return [
         Table("Modes: difference [um RMS]", heads, off, notes),
         Table("Modes: told sigma [um RMS]", heads, told),
     ]
+
+
+def _known(values: Sequence[float] | Array) -> list[float | None]:
+    """Return numbers for cells, empty where nothing tells them."""
+    return [None if np.isnan(value) else float(value) for value in values]
 
 
 def draw(results: Sequence[Without], truth: Mapping[int, Array]) -> Figure:

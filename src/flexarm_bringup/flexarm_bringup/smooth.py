@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.arguments import STDOUT, number, output_file
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
-from flexarm_bringup.consistency.ablation import NONE, Track, track_of
+from flexarm_bringup.consistency.ablation import NONE, Track, refuse_unsettled, track_of
 from flexarm_bringup.consistency.recording import open_recording, run_estimator
 from flexarm_bringup.consistency.settled import SETTLING
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, Late, run_smoother, tip_error, truth_for
@@ -71,6 +71,7 @@ def run(args: argparse.Namespace) -> int:
         recording = open_recording(args.bag, arm_named(args))
         progress.say("filtering")
         now = track_of(NONE, run_estimator(recording))
+        refuse_unsettled([now], args.bag)
         progress.say("smoothing")
         late = run_smoother(recording, args.lag, args.loss)
     except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag

@@ -9,8 +9,9 @@ import pytest
 
 from flexarm_bringup import ablate, cli
 from flexarm_bringup.ablate import build_page, draw
-from flexarm_bringup.consistency.ablation import NONE, Track, judge_tracks
-from flexarm_bringup.consistency.recording import Recording
+from flexarm_bringup.consistency.ablation import NONE, Track, track_of
+from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
+from flexarm_bringup.consistency.worth import judge_tracks
 
 STAMPS = (0, 10, 20, 30)
 
@@ -20,7 +21,13 @@ def track(sensor: str, off: float, stamps: tuple[int, ...] = STAMPS) -> Track:
     tip = np.zeros((k, 3))
     tip[:, 1] = off
     return Track(
-        sensor, stamps, tip, np.full(k, 2e-3), np.full((k, 2), off), np.full((k, 2), 1e-3), np.ones(k)
+        sensor,
+        stamps,
+        tip,
+        np.full(k, 2e-3),
+        np.full((k, 2), off),
+        np.full((k, 2), 1e-3),
+        np.ones(k, dtype=bool),
     )
 
 
@@ -60,6 +67,25 @@ def test_a_truth_at_none_of_the_stamps_is_none_and_is_said_to_be_none(
     assert cli.main(["ablate", str(golden)]) == 0
     said = capsys.readouterr().out
     assert "the bag has no truth at the stamps of the estimates" in said and "2000.0" in said
+
+
+def test_a_bag_in_which_no_filter_settles_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All of it was judged: the transient of the start."""
+    golden = Path(__file__).parents[3] / "tests" / "golden" / "single_link" / "bag"
+    young = run_estimator(open_recording(golden))[:40]  # 0.2 s
+    monkeypatch.setattr(ablate, "run_parallel", lambda *_: [track_of(NONE, young), track("gauge", 0.0)])
+    assert cli.main(["ablate", str(golden)]) == 2
+    assert "no estimate counts: the first 0.3 s after every start" in capsys.readouterr().err
+
+
+def test_a_run_tells_where_every_sensor_was_in_use() -> None:
+    golden = Path(__file__).parents[3] / "tests" / "golden" / "single_link" / "bag"
+    run = track_of("camera", run_estimator(open_recording(golden), ["camera"]))
+    assert set(run.in_use) == {"encoder", "root_strain", "tip_accelerometer", "camera"}
+    assert {name for name, row in run.in_use.items() if not row.any()} == {"camera"}
+    assert run.in_use["encoder"].all() and len(run.in_use["encoder"]) == len(run.stamps_ns)
 
 
 def test_page_says_what_is_bought_and_against_what() -> None:

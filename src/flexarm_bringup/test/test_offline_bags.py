@@ -36,6 +36,16 @@ def test_a_bag_too_short_to_be_halved_is_not_tuned_on(
     assert "s of samples are too short: the first 0.3 s do not count" in capsys.readouterr().err
 
 
+def test_a_bag_in_which_no_filter_settles_is_not_looked_back_at(
+    golden: Bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All of it was judged, and the page said that the first 0.3 s were left out."""
+    end = golden.records[0].log_time_ns + 200_000_000
+    path = part(golden, tmp_path / "bag", lambda record: record.log_time_ns < end)
+    assert cli.main(["smooth", path]) == 2
+    assert "no estimate counts: the first 0.3 s after every start" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("command", ["ablate", "smooth"])
 def test_why_there_is_no_estimate_is_said(
     command: str, golden: Bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -27,7 +27,7 @@ def late(off: float) -> Late:
 
 def track(off: float) -> Track:
     run = late(off)
-    return Track(NONE, STAMPS, run.tip, run.tip_sigma, run.eta, run.eta, np.ones(len(STAMPS)))
+    return Track(NONE, STAMPS, run.tip, run.tip_sigma, run.eta, run.eta, np.ones(len(STAMPS), dtype=bool))
 
 
 def test_the_tip_is_compared_where_both_are_known() -> None:

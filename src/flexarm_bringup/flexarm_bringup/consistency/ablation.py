@@ -8,16 +8,17 @@ are told by what they do at the tip, ``|J_k| eta_k``, in metres.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.named_arm import NamedArm
 from flexarm_bringup.consistency.recording import Told, open_recording, run_estimator
-from flexarm_bringup.consistency.settled import is_settled
-from flexarm_bringup.consistency.smoothing import tip_error
+from flexarm_bringup.consistency.settled import SETTLING, is_settled
+from flexarm_estimator.estimate import Estimate
 
 Array = NDArray[np.float64]
 NONE = "none"  # left out
@@ -33,27 +34,6 @@ class Ablation:
 
 
 @dataclass(frozen=True)
-class Without:
-    """What is left without a sensor.
-
-    Attributes:
-        sensor: The one left out.
-        tip: RMS error of the tip [m]; NaN where nothing tells it.
-        tip_sigma: RMS of what the estimate says of it [m].
-        modes: RMS difference of every mode from the estimate of all sensors, at the tip [m], (n_eta,).
-        mode_sigmas: RMS sigma of every mode, at the tip [m], (n_eta,).
-        usable: Share of the estimates that were "ok" or "degraded" [1].
-    """
-
-    sensor: str
-    tip: float
-    tip_sigma: float
-    modes: Array
-    mode_sigmas: Array
-    usable: float
-
-
-@dataclass(frozen=True)
 class Track:
     """What one run said; k instants.
 
@@ -65,6 +45,7 @@ class Track:
         modes: At the tip [m], (k, n_eta).
         mode_sigmas: (k, n_eta).
         usable: (k,).
+        in_use: Whether a sensor was, by its name (k,): neither silent, off nor found out to be faulty.
     """
 
     sensor: str
@@ -73,7 +54,25 @@ class Track:
     tip_sigma: Array
     modes: Array
     mode_sigmas: Array
-    usable: Array
+    usable: NDArray[np.bool_]
+    in_use: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+
+    def at(self, kept: NDArray[np.bool_]) -> Track:
+        """Return what was said at some of the instants, (k,)."""
+        return replace(
+            self,
+            stamps_ns=tuple(stamp for stamp, one in zip(self.stamps_ns, kept, strict=True) if one),
+            tip=self.tip[kept],
+            tip_sigma=self.tip_sigma[kept],
+            modes=self.modes[kept],
+            mode_sigmas=self.mode_sigmas[kept],
+            usable=self.usable[kept],
+            in_use={name: row[kept] for name, row in self.in_use.items()},
+        )
+
+    def where_usable(self) -> Track:
+        """Return what was said where a law might have acted on it."""
+        return self.at(self.usable)
 
 
 def run_ablation(job: Ablation) -> list[Track]:
@@ -84,48 +83,41 @@ def run_ablation(job: Ablation) -> list[Track]:
 
 
 def track_of(sensor: str, told: Sequence[Told]) -> Track:
-    """Return what a run said, where it was settled; all of it if it never was."""
+    """Return what a run said, where it was settled."""
     counts = is_settled(item.estimate for item in told)
-    settled = [item for item, one in zip(told, counts, strict=True) if one] or list(told)
-    reach = [_at_tip(item) for item in settled]
+    settled = [item for item, one in zip(told, counts, strict=True) if one]
     estimates = [item.estimate for item in settled]
     variances = [np.diag(each.P)[each.layout.eta] for each in estimates]
+    shape = len(settled), told[0].estimate.eta.size
+    reach = np.reshape([_at_tip(item) for item in settled], shape)
     return Track(
         sensor=sensor,
         stamps_ns=tuple(item.stamp_ns for item in settled),
-        tip=np.array([each.T_world_tip[:3, 3] for each in estimates]),
+        tip=np.reshape([each.T_world_tip[:3, 3] for each in estimates], (-1, 3)),
         tip_sigma=np.array([np.sqrt(np.trace(each.cov_tip_pose[:3, :3])) for each in estimates]),
-        modes=np.array([scale * each.eta for scale, each in zip(reach, estimates, strict=True)]),
-        mode_sigmas=np.array([scale * np.sqrt(row) for scale, row in zip(reach, variances, strict=True)]),
-        usable=np.array([float(each.is_usable) for each in estimates]),
+        modes=reach * np.reshape([each.eta for each in estimates], shape),
+        mode_sigmas=reach * np.sqrt(np.reshape(variances, shape)),
+        usable=np.array([each.is_usable for each in estimates], dtype=bool),
+        in_use=_in_use(estimates),
     )
 
 
-def judge_tracks(tracks: Sequence[Track], truth: Mapping[int, Array]) -> list[Without]:
-    """Return what is left without every sensor.
-
-    Args:
-        tracks: The first one with all sensors.
-        truth: Positions of the tip by stamp [m], (3,); empty compares with the first track. A track without
-            any of its stamps gets NaN.
-    """
-    everything = tracks[0]
-    reference = dict(truth) or dict(zip(everything.stamps_ns, everything.tip, strict=True))
-    modes = dict(zip(everything.stamps_ns, everything.modes, strict=True))
-    return [_judge(track, reference, modes) for track in tracks]
+def refuse_unsettled(tracks: Sequence[Track], path: Path) -> None:
+    """Raise BagError where nothing of one of some runs counts."""
+    if not all(track.stamps_ns for track in tracks):
+        raise BagError(
+            f"{path}: no estimate counts: the first {SETTLING:g} s after every start of the filter are left "
+            "out; expected a longer recording"
+        )
 
 
-def _judge(track: Track, reference: Mapping[int, Array], modes: Mapping[int, Array]) -> Without:
-    off = [row - modes[at] for at, row in zip(track.stamps_ns, track.modes, strict=True) if at in modes]
-    rms = np.sqrt(np.mean(np.square(off), axis=0)) if off else np.full(track.modes.shape[1], np.nan)
-    return Without(
-        sensor=track.sensor,
-        tip=tip_error(track.stamps_ns, track.tip, reference),
-        tip_sigma=float(np.sqrt(np.mean(track.tip_sigma**2))),
-        modes=rms,
-        mode_sigmas=np.sqrt(np.mean(track.mode_sigmas**2, axis=0)),
-        usable=float(track.usable.mean()),
-    )
+def _in_use(estimates: Sequence[Estimate]) -> dict[str, NDArray[np.bool_]]:
+    rows: dict[str, list[bool]] = {}
+    for each in estimates:
+        for report in each.sensors:
+            is_heard = report.status in ("ok", "rejected") and report.accepted > 0
+            rows.setdefault(report.name, []).append(is_heard)
+    return {name: np.array(row) for name, row in rows.items()}
 
 
 def _at_tip(item: Told) -> Array:
