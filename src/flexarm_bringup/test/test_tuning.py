@@ -15,7 +15,7 @@ from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.consistency.bag_epochs import Epochs, order_epochs, read_epochs
 from flexarm_bringup.consistency.knobs import PROCESS, Noise, Parameter, make_knobs, turn
 from flexarm_bringup.consistency.monte_carlo import START_BEFORE, Bench
-from flexarm_bringup.consistency.recording import open_recording
+from flexarm_bringup.consistency.recording import open_recording, run_estimator
 from flexarm_bringup.consistency.search import DEAR
 from flexarm_bringup.consistency.tuning import Tuned, Tuner, curvature, spreads, told_by
 from flexarm_bringup.tasks.task_for import task_for
@@ -205,6 +205,21 @@ def test_likelihood_is_that_of_the_filter_that_the_settings_name() -> None:
     assert by_own.value > by_linear.value + 100.0
     assert by_linear.nis()["camera"] > 3.0
     assert by_own.nis()["camera"] < 1.5
+
+
+def test_other_sigmas_count_also_where_messages_repeat_those_of_the_description() -> None:
+    """The tip's error after tuning was that of the sigmas before, but for the encoder's."""
+    recording = open_recording(GOLDEN / "single_link" / "bag")
+    sigmas = {spec.name: 100 * spec.sigma for spec in recording.config.sensors}
+    before, after = (
+        {
+            report.name: report.normalised
+            for report in run_estimator(recording, sigmas=each)[40].estimate.sensors
+        }
+        for each in (None, sigmas)
+    )
+    assert set(before) == {"encoder", "root_strain", "tip_accelerometer", "camera"}
+    assert all(0.0 < after[name] < 0.1 * before[name] for name in before)
 
 
 @pytest.mark.parametrize(

@@ -51,19 +51,25 @@ class EstimatorExchange:
         write_tip: The same of the tip.
     """
 
-    def __init__(self, config: ManipulatorConfig, settings: EstimatorConfig, epoch_ns: int | None) -> None:
+    def __init__(
+        self,
+        config: ManipulatorConfig,
+        settings: EstimatorConfig,
+        epoch_ns: int | None,
+        told: ManipulatorConfig | None = None,
+    ) -> None:
         """Start without a model.
 
         Args:
             config: The manipulator.
             settings: Of the estimator.
             epoch_ns: Stamp that is time zero [ns]; None takes the first step's, and refuses stamps of zero.
+            told: Description whose covariances messages repeat; None where it is that of the manipulator.
         """
-        self._config, self._settings = config, settings
-        self._epoch_ns = epoch_ns
+        self._config, self._settings, self._epoch_ns = config, settings, epoch_ns
         self._tree = ReducedTree(config)
         self._tree.tip_pose(self._tree.loops.home)  # compiles now, not in the first step
-        self._inbox = Inbox(config, is_live=epoch_ns is None)
+        self._inbox = Inbox(told or config, is_live=epoch_ns is None)
         self._interventions: list[tuple[int, Intervention]] = []
         self._tuning = 0  # grows when parts that wait have become old
         self._pending: PendingModels[tuple[int, Parts]] = PendingModels()

@@ -106,7 +106,7 @@ def run_estimator(
         BagError: No model of the bag is taken.
     """
     config = with_sigmas(recording.config, sigmas or {})
-    exchange = EstimatorExchange(config, settings or recording.settings, recording.epoch_ns)
+    exchange = EstimatorExchange(config, settings or recording.settings, recording.epoch_ns, recording.config)
     player = Player(_Without(exchange, off), NoController(), recording.lockstep)
     told = []
     for _, outgoing in player.play(recording.bag.records):
