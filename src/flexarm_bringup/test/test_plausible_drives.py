@@ -18,7 +18,7 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 MACHINES = ("single_link", "variable_stiffness", "planar_3rrr", "spatial_3tpt", "serial_6r")
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in MACHINES[2:]]
 TIMES_NOISE = 3.0
-PERIODS = 2000  # a 3RRR without gears creeps for 9 s until it is at rest and can be armed again
+PERIODS = 3000  # a 3RRR without gears creeps for 13 s until it is at rest and can be armed again
 
 
 def test_the_guard_takes_the_drives_to_smooth_as_those_of_the_rig_do() -> None:
