@@ -63,6 +63,18 @@ def test_a_guard_that_gave_up_can_be_armed_once_the_arm_rests():
     assert guard.arm(t, TOKEN) and guard.mode == ARMED and guard.reason == ""
 
 
+@pytest.mark.parametrize("start", [0.1, 0.3, 0.5, 0.7, 0.9])
+def test_a_guard_that_gave_up_says_so_once(start):
+    """It gave up again on an arm that stood, for its speed before: "no slower, -7e-06 of 7.2 rad/s"."""
+    guard = armed(velocity=MOST)
+    guard.stop("test")
+    move(guard, (-1.0, 1.0), (start, 0.0))
+    reason, t = guard.reason, 10.0
+    for _ in range(3):
+        t = stand(guard, t)
+    assert guard.mode == STOPPED and guard.reason == reason and reason.count("braked") == 1
+
+
 def test_the_torque_is_taken_back_at_its_rate_before_the_drives_are_left_alone():
     guard = armed(velocity=MOST, effort_rate=(100.0, 400.0))
     guard.stop("test")

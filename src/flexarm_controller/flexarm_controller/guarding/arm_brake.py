@@ -67,6 +67,8 @@ class ArmBrake:
         lacking = [axis for axis, (watch, tau, v) in enumerate(watched) if watch.is_lacking(tau, v)]
         if not lacking:
             return ""
+        for watch in self._obedience:
+            watch.begin_anew()  # what comes now is not braked
         axis = lacking[0]
         label = self._limits.label(axis)
         much = f"{label.velocity(velocity[axis])} of {label.velocity(self._limits.velocity[axis])}"
