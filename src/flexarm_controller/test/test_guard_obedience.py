@@ -136,5 +136,12 @@ def test_an_arm_is_held_where_it_is_when_it_is_armed_or_released_not_where_it_st
     t = stand(guard, t, moved)
     assert guard.step(None, moved, t) != [0.0, 0.0]
     assert guard.arm(t, TOKEN) if is_armed else not guard.release("the drives are gone")
+    assert guard.reason == ("" if is_armed else "test")  # the first one stays
     torques = [guard.step(None, moved, t + k * PERIOD) for k in range(8)]
     assert torques[-1] == [0.0, 0.0]
+
+
+def test_drives_that_let_go_of_an_armed_guard_stop_it_with_their_reason():
+    guard = armed(velocity=MOST)
+    guard.release("the drives are gone")
+    assert guard.mode == BRAKING and guard.reason == "the drives are gone"
