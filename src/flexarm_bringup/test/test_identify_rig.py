@@ -37,6 +37,20 @@ def test_the_plan_uses_the_share_of_the_limit_that_binds_and_no_more(arm: HeldAr
     assert abs(answer.y[:, row]).max() == pytest.approx(0.3 * 1000e-6, rel=1e-6)
 
 
+@pytest.mark.parametrize(("share", "rate"), [(0.1, 0.3), (0.3, 0.9), (0.6, 0.9), (1.0, 0.9)])
+def test_the_plan_leaves_the_torque_its_rate_and_tells_how_much_of_it_is_used(
+    share: float, rate: float
+) -> None:
+    """From a share of a third on the guard clipped the excitation, and a third of the rate was told."""
+    light = HeldArm(load_config(find_manipulator("single_link"), "light_hub"))
+    plan = plan_excitation(light, Wish(share=share))
+    tau = light.respond(np.tile(plan.excitation.signal[:, None] * plan.amplitude, (2, 1))).tau
+    (axis,) = light.config.actuated.values()
+    used = abs(np.diff(tau, axis=0, prepend=0.0)).max() / light.dt / axis.effort_rate
+    assert plan.binding == "torque rate of base.rz"
+    assert used == pytest.approx(rate, rel=1e-6) and plan.used == pytest.approx(used, rel=1e-6)
+
+
 def test_the_band_holds_the_served_modes_that_the_rate_allows(arm: HeldArm) -> None:
     low, high = plan_excitation(arm, Wish()).excitation.band_hz
     f_hz = abs(arm.elastic_poles) / (2 * np.pi)

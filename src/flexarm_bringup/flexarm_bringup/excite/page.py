@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexarm_bringup.excite.acted_excitation import SAME
+from flexarm_bringup.excite.limited_torque import limited_share
 from flexarm_bringup.excite.measure import MeasuredTest
 from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_model.identification.sensor_check import Finding
@@ -19,7 +20,12 @@ def plan_table(tested: MeasuredTest) -> Table:
     """Return what was excited, why so much, and how much of it did not come in time."""
     plan, axes = tested.plan, tested.axes
     signal, (low, high) = plan.excitation, plan.excitation.band_hz
-    rows: list[Cells] = [[axis, float(peak)] for axis, peak in zip(axes, plan.amplitude, strict=True)]
+    torques = [np.column_stack([record.inputs[axis] for axis in axes]) for record in tested.records]
+    peaks = np.max([abs(tau).max(axis=0) for tau in torques], axis=0)
+    rows: list[Cells] = [
+        [axis, float(added), float(peak)]
+        for axis, added, peak in zip(axes, plan.amplitude, peaks, strict=True)
+    ]
     notes = [
         f"{signal.name} from {low:.4g} to {high:.4g} Hz, {PERCENT * signal.share_in_band:.0f} % of its power "
         f"in the band, crest factor {signal.crest_factor:.2f} (a sine has 1.41)",
@@ -34,13 +40,37 @@ def plan_table(tested: MeasuredTest) -> Table:
         notes.append(
             f"too fast for the rate, served modes show where there are none: {', '.join(plan.mirrored)}"
         )
-    late = late_share(tested)
-    if late:
+    if limited := limited_part(tested):
+        notes.append(
+            f"in {PERCENT * limited:.2g} % of the periods a torque was at its limit or at that of its rate: "
+            "there the guard changed what was asked for, and the arm did not move as a linear one; a smaller "
+            "--share helps"
+        )
+    if late := late_share(tested):
         notes.append(
             f"in {PERCENT * late:.2g} % of the periods another excitation acted than was asked of them, as "
             "commands came late: periods differ, blocks leak, and ± does not know; a quieter machine helps"
         )
-    return Table("Excitation", [Column("axis"), Column("peak torque\n[N m] or [N]", ".4g")], rows, notes)
+    heads = [
+        Column("axis"), Column("torque added,\npeak [N m] or [N]", ".4g"),
+        Column("torque of the drive,\npeak [N m] or [N]", ".4g"),
+    ]  # fmt: skip
+    return Table("Excitation", heads, rows, notes)
+
+
+def limited_part(tested: MeasuredTest) -> float:
+    """Return in what share of the recorded periods the guard limited a torque; 0 if no limit is told [1]."""
+    plan, axes = tested.plan, tested.axes
+    if not plan.effort:
+        return 0.0
+    shares = [
+        limited_share(
+            np.column_stack([record.inputs[axis] for axis in axes]),
+            plan.effort, plan.effort_rate, 1.0 / record.rate_hz,
+        )
+        for record in tested.records
+    ]  # fmt: skip
+    return float(np.mean(shares))
 
 
 def late_share(tested: MeasuredTest) -> float:

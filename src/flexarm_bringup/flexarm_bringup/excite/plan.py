@@ -2,7 +2,10 @@
 
 The band reaches from half the slowest mode of free motors to a quarter above the fastest served one, as far
 as the rate allows; a period has two lines per bandwidth of the narrowest. Every axis gets as much torque as
-alone would use the share of the first limit that binds; then all together are scaled until no run exceeds it.
+alone would use what is allowed of the first limit that binds; then all together are scaled until no run
+exceeds it. Allowed is the share that was asked for; of a torque's rate, which harms nothing, three times as
+much, but never so much that the guard would change the signal.
+
 With several axes the runs carry the signs of a Hadamard matrix, so that all axes push in every run and yet
 can be told apart.
 """
@@ -10,6 +13,7 @@ can be told apart.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +27,8 @@ BELOW, ABOVE = 0.5, 1.25  # ends of the band over the slowest and the fastest mo
 USABLE = 1 / 2.56  # of the rate
 LINES_PER_BANDWIDTH = 2.0
 SHORTEST, LONGEST = 4.0, 40.0  # of a period [s]
-RATE_COUNTS = 1 / 3  # a torque's rate harms nothing; beyond its limit the guard would change the signal
+RATE_SHARES = 3.0  # shares that may be used of a torque's rate
+MOST_RATE = 0.9  # of it in any case; the rest is for what noise and an arm unlike the model add
 LEAST_ROOM = 1e-3  # of a limit; with less there is nothing to excite with
 DIED_OUT = 9.0  # time constants of the slowest decay until nothing is left of the start, in a softer arm too
 
@@ -60,6 +65,8 @@ class Plan:
         skipped: Periods before the record begins [1].
         periods: Periods recorded [1].
         mirrored: Served modes that sampling shows inside the band where there is none, in words.
+        effort: Limit of the drives' torque [N m or N], (n_theta,); empty where it is not known.
+        effort_rate: Limit of its rate [N m/s or N/s], (n_theta,); empty where it is not known.
     """
 
     excitation: Excitation
@@ -70,6 +77,8 @@ class Plan:
     skipped: int
     periods: int
     mirrored: tuple[str, ...] = ()
+    effort: tuple[float, ...] = ()
+    effort_rate: tuple[float, ...] = ()
 
     def added(self, run: int) -> Array:
         """Return the torque added in a run, the periods before the record too, (n, n_theta)."""
@@ -98,12 +107,16 @@ def plan_excitation(arm: HeldArm, wish: Wish) -> Plan:
     skipped = max(1, int(np.ceil(DIED_OUT / (np.pi * bandwidth * signal.period))))
     m = arm.model.n_theta
     signs = np.asarray(hadamard(1 << (m - 1).bit_length())[:, :m], float)
-    each = [_worst(arm, np.outer(signal.signal, row)) for row in np.eye(m)]
-    alone = np.array([wish.share / worst for worst, _ in each])
-    worst, binding = max(_worst(arm, np.outer(signal.signal, row * alone)) for row in signs)
-    amplitude = alone * min(1.0, wish.share / worst)
+    each = [_worst(arm, np.outer(signal.signal, row), wish.share) for row in np.eye(m)]
+    alone = np.array([1.0 / use.of_allowed for use in each])
+    worst = max(_worst(arm, np.outer(signal.signal, row * alone), wish.share) for row in signs)
+    scale = min(1.0, 1.0 / worst.of_allowed)
     mirrored = _mirrored(np.asarray(abs(elastic) / (2 * np.pi)), 1.0 / arm.dt, band)
-    return Plan(signal, signs, amplitude, binding, min(worst, wish.share), skipped, wish.periods, mirrored)
+    axes = arm.config.actuated.values()
+    return Plan(
+        signal, signs, alone * scale, worst.limit, worst.used * scale, skipped, wish.periods, mirrored,
+        tuple(axis.effort for axis in axes), tuple(axis.effort_rate for axis in axes),
+    )  # fmt: skip
 
 
 def refuse_without_room(arm: HeldArm) -> None:
@@ -144,10 +157,20 @@ def _band(arm: HeldArm) -> tuple[float, float]:
     return BELOW * float(f_hz.min()), min(ABOVE * float(f_hz.max()), USABLE / arm.dt)
 
 
-def _worst(arm: HeldArm, added: Array) -> tuple[float, str]:
-    """Return the largest share of a limit that two periods from rest use, and the limit's name."""
-    uses = _uses(arm, arm.respond(np.vstack([added, added])))
-    return max((share, name) for name, share in uses.items())
+class _Use(NamedTuple):
+    """What is used of a limit: over what is allowed, the limit's name, over what it leaves [1]."""
+
+    of_allowed: float
+    limit: str
+    used: float
+
+
+def _worst(arm: HeldArm, added: Array, share: float) -> _Use:
+    """Return the use of the limit of which two periods from rest use most."""
+    answer = arm.respond(np.vstack([added, added]))
+    uses = [_Use(used / share, limit, used) for limit, used in _uses(arm, answer).items()]
+    most = min(RATE_SHARES * share, MOST_RATE)
+    return max(uses + [_Use(used / most, limit, used) for limit, used in _rates(arm, answer).items()])
 
 
 def _uses(arm: HeldArm, answer: Answer) -> dict[str, float]:
@@ -157,16 +180,23 @@ def _uses(arm: HeldArm, answer: Answer) -> dict[str, float]:
     for i, (name, axis) in enumerate(arm.config.actuated.items()):
         theta, (distance, _) = abs(answer.theta[:, i]).max(), rooms[f"range of {name}"]
         speed = min(axis.velocity, arm.ranges[i].allowed(distance))
-        jump = abs(np.diff(answer.tau[:, i], prepend=0.0)).max() / arm.dt
         uses |= {
             f"torque of {name}": _share(abs(answer.tau[:, i]).max(), rooms[f"torque of {name}"][0]),
-            f"torque rate of {name}": RATE_COUNTS * _share(jump, axis.effort_rate),
             f"velocity of {name}": _share(abs(answer.theta_dot[:, i]).max(), speed),
             f"range of {name}": _share(theta, distance),
         }
     for row, name in arm.sensed_rows():
         uses[f"range of {name}"] = _share(abs(answer.y[:, row]).max(), rooms[f"range of {name}"][0])
     return uses
+
+
+def _rates(arm: HeldArm, answer: Answer) -> dict[str, float]:
+    """Return the share of every torque's rate, by name."""
+    rates = abs(np.diff(answer.tau, axis=0, prepend=0.0)).max(axis=0) / arm.dt
+    return {
+        f"torque rate of {name}": _share(rate, axis.effort_rate)
+        for (name, axis), rate in zip(arm.config.actuated.items(), rates, strict=True)
+    }
 
 
 def _share(value: float, room: float) -> float:

@@ -43,7 +43,7 @@ def to_text(told: ToldTest) -> str:
             "signal": signal.name, "band_hz": signal.band_hz, "rate_hz": signal.rate_hz,
             "period": signal.period, "signs": plan.signs.tolist(), "amplitude": plan.amplitude.tolist(),
             "binding": plan.binding, "used": plan.used, "skipped": plan.skipped, "periods": plan.periods,
-            "mirrored": plan.mirrored,
+            "mirrored": plan.mirrored, "effort": plan.effort, "effort_rate": plan.effort_rate,
             "findings": [_finding_to(finding) for finding in told.findings],
             "ignored": told.ignored, "starts_ns": told.starts_ns, "refusal": told.refusal,
         }
@@ -63,6 +63,7 @@ def from_text(text: str) -> ToldTest:
             excitation(given["signal"], (low, high), given["rate_hz"], given["period"]),
             np.array(given["signs"], float), np.array(given["amplitude"], float), given["binding"],
             given["used"], given["skipped"], given["periods"], tuple(given.get("mirrored", ())),
+            tuple(given.get("effort", ())), tuple(given.get("effort_rate", ())),
         )  # fmt: skip
         findings = tuple(_finding_from(each) for each in given["findings"])
         return ToldTest(plan, findings, tuple(given["ignored"]), tuple(given["starts_ns"]), given["refusal"])
