@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from flexarm_bringup.excite.drive import Drive
-from flexarm_bringup.excite.held_arm import DELAY, HeldArm
+from flexarm_bringup.excite.held_arm import DELAY, HeldArm, _limited_by
 from flexarm_bringup.excite.measure import check_sensors
 from flexarm_bringup.excite.plan import Wish, plan_excitation
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_controller.joint_loop import JointLoop
+from flexarm_controller.joint_pd import JointPd
 from flexarm_model.identification.sensor_check import Finding
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -77,3 +80,11 @@ def test_the_noise_of_encoders_shakes_an_accelerometer() -> None:
     row = arm.model.outputs.names.index("tool_accelerometer.x")
     assert 0.1 < y[:, row].std() < 1.0
     np.testing.assert_array_equal(y, arm.shaken(1500)[500:])
+
+
+def test_an_arm_too_heavy_for_the_firmest_joint_pd_is_told_from_one_that_rings() -> None:
+    two = np.ones(2)
+    law = cast(JointPd, SimpleNamespace(wanted=two, gains=lambda frequency: (frequency, frequency)))
+    for f_hz, said in ((0.0, "also with the most gain"), (22.4, "with more b makes a mode of 22.4 Hz ring")):
+        loop = SimpleNamespace(ringing_hz=lambda K_p, K_d, f=f_hz: f, culprit=lambda K_p, K_d: 1)
+        assert said in _limited_by(cast(JointLoop, loop), law, ("a", "b"))

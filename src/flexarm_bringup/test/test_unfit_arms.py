@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from small_arm import small_arm
 
 from flexarm_bringup import cli
@@ -51,6 +52,24 @@ def test_a_modal_test_that_cannot_be_is_refused(
 ) -> None:
     arm = small_arm(tmp_path, **changes)
     assert said in refusal(capsys, "identify", "rig", "--manipulator", arm)
+
+
+def test_who_keeps_joint_pd_from_holding_an_arm_that_falls_over_is_named(tmp_path: Path) -> None:
+    """There are gains that hold it with less than 6 dB left; that there were none was said."""
+    text = (Path(__file__).resolve().parents[3] / "docs" / "two_link.yaml").read_text(encoding="utf-8")
+    described = yaml.safe_load(text)
+    described["gravity"] = ["0 m/s^2", "-9.81 m/s^2", "0 m/s^2"]
+    slide = {"actuated": True, "rotor_inertia": "2 kg", "effort": "200 N", "effort_rate": "20000 N/s",
+             "velocity": "2 m/s", "lower": "-0.4 m", "upper": "0.4 m", "damping": "5 N s/m"}  # fmt: skip
+    described["joints"]["shoulder"]["axes"] = {"ty": slide}
+    described["sensors"]["shoulder_encoder"] |= {"axis": "shoulder.ty", "sigma": "10 um"}
+    described["served"] |= {"home": ["0 m", "60 deg"], "poses": {}}
+    path = tmp_path / "on_a_slide.yaml"
+    path.write_text(yaml.safe_dump(described, sort_keys=False), encoding="utf-8")
+    with pytest.raises(ValueError, match="that bears twice its gains") as refused:
+        HeldArm(load_config(path))
+    assert "at [0.0, 1.047198]" in str(refused.value)
+    assert "with more elbow.rz makes a mode of 22.4 Hz ring" in str(refused.value)
 
 
 def test_a_pose_of_another_length_is_refused_by_axis(

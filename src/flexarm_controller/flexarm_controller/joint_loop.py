@@ -19,7 +19,7 @@ class JointLoop:
 
     def __init__(self, model: ReducedModel, dt: float, delay: int) -> None:
         """Close the loop round ``model`` with a period of ``dt`` [s]."""
-        self._system, self._delay = plant(model, dt), delay
+        self._system, self._delay, self._dt = plant(model, dt), delay, dt
         self._n_theta = model.n_theta
 
     def is_stable(self, K_p: Array, K_d: Array) -> bool:
@@ -41,6 +41,12 @@ class JointLoop:
         idle = self._closed(0.0 * K_p, 0.0 * K_d)
         own = [self._closed(axis * K_p, axis * K_d) - idle for axis in np.eye(self._n_theta)]
         return int(np.argmax([(np.conj(poles[worst]) * (left @ part @ shape)).real for part in own]))
+
+    def ringing_hz(self, K_p: Array, K_d: Array) -> float:
+        """Return the frequency of the pole that grows fastest with gains (n_theta,) [Hz]; 0: it drifts."""
+        poles = self._poles(K_p, K_d)
+        angle = abs(np.angle(poles[np.argmax(abs(poles))]))
+        return float(angle / (2 * np.pi * self._dt)) if angle > SLOW else 0.0
 
     def rings(self, K_d: Array) -> bool:
         """Tell whether damping alone, (n_theta,), makes anything ring up; where it drifts to is left open."""

@@ -39,6 +39,7 @@ class JointPd:
     """Feedback on the motor encoders, axis by axis, and feed-forward of the rigid arm.
 
     Attributes:
+        wanted: Frequencies from which they were lowered [rad/s], (n_theta,).
         frequency: Undamped natural frequencies of the joint loops [rad/s], (n_theta,).
         K_p: Torque per position error, (n_theta,).
         K_d: Torque per velocity error, (n_theta,).
@@ -53,22 +54,25 @@ class JointPd:
             mpc: Delay and latency between a state and the torque computed from it.
         """
         slowest = model.omega[0] if model.n_eta else np.inf
-        wanted = np.full(model.n_theta, min(config.pd_bandwidth * slowest, FASTEST / config.period))
+        self.wanted = np.full(model.n_theta, min(config.pd_bandwidth * slowest, FASTEST / config.period))
         loop = JointLoop(model, config.period, torques_kept(mpc, config.period))
         self._inertia, self._damping_ratio = np.diag(model.M)[: model.n_theta], config.pd_damping
-        self._tune(loop, wanted, lambda: np.ones(model.n_theta, bool))
+        self._tune(loop, lambda: np.ones(model.n_theta, bool))
         if not loop.bears(self.K_p, self.K_d):
-            self._tune(loop, wanted, lambda: np.arange(model.n_theta) == self._culprit(loop))
+            self._tune(loop, lambda: np.arange(model.n_theta) == self._culprit(loop))
         self._equilibrium = build_equilibrium(model)
         whole, share = split_delay(mpc, config.period)
         self._ahead = np.array([0.0, (whole + share) * config.period])
 
-    def _tune(self, loop: JointLoop, wanted: Array, to_lower: Callable[[], NDArray[np.bool_]]) -> None:
+    def gains(self, frequency: Array) -> tuple[Array, Array]:
+        """Return K_p and K_d of frequencies [rad/s], (n_theta,) each."""
+        return frequency**2 * self._inertia, 2.0 * self._damping_ratio * frequency * self._inertia
+
+    def _tune(self, loop: JointLoop, to_lower: Callable[[], NDArray[np.bool_]]) -> None:
         """Lower axes from the frequencies that are wanted until the loop bears twice the gains."""
-        self.frequency = wanted
-        for _ in range(TRIES * wanted.size):
-            self.K_p = self.frequency**2 * self._inertia
-            self.K_d = 2.0 * self._damping_ratio * self.frequency * self._inertia
+        self.frequency = self.wanted
+        for _ in range(TRIES * self.wanted.size):
+            self.K_p, self.K_d = self.gains(self.frequency)
             if loop.is_stable(GAIN_MARGIN * self.K_p, GAIN_MARGIN * self.K_d):
                 break
             self.frequency = np.where(to_lower(), LOWER * self.frequency, self.frequency)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.sim.motor_side import SMOOTHING
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
-from flexarm_controller.joint_loop import JointLoop
+from flexarm_controller.joint_loop import GAIN_MARGIN, JointLoop
 from flexarm_controller.joint_pd import JointPd
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import hold
@@ -79,7 +79,9 @@ class HeldArm:
         loop = JointLoop(self.model, self.dt, DELAY)
         if not loop.is_stable(self._law.K_p, self._law.K_d):
             raise ValueError(
-                f"{config.name}: no joint PD holds it at this pose: nothing excites what moves by itself"
+                f"{config.name}: no joint PD that bears twice its gains holds it at "
+                f"{np.round(config.home, 6).tolist()}: "
+                f"{_limited_by(loop, self._law, tuple(config.actuated))}. Expected another pose (--pose)"
             )
         self._goal = hold(config.home)
         self.tau_rest = self.torque(config.home, np.zeros(self.model.n_theta))
@@ -161,3 +163,13 @@ class HeldArm:
         gain = np.zeros((m, self._plant.n_x))
         gain[:, :m], gain[:, n : n + m] = np.diag(self._law.K_p), np.diag(self._law.K_d)
         return gain
+
+
+def _limited_by(loop: JointLoop, law: JointPd, axes: tuple[str, ...]) -> str:
+    """Return what keeps joint PD from holding an arm that moves by itself."""
+    K_p, K_d = (GAIN_MARGIN * gain for gain in law.gains(law.wanted))
+    ringing_hz = loop.ringing_hz(K_p, K_d)
+    if not ringing_hz:
+        return "it moves by itself, also with the most gain that stays below its modes"
+    axis = axes[loop.culprit(K_p, K_d)]
+    return f"with little gain it moves by itself, with more {axis} makes a mode of {ringing_hz:.3g} Hz ring"
