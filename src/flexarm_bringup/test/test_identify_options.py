@@ -18,6 +18,7 @@ from flexarm_bringup import cli
 from flexarm_bringup.identify import command, modal_tests, other_poses, run
 from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.command import add_arguments
+from flexarm_bringup.identify.described_modes import described_modes
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.modal.frf import Ports, modal_frf
 from flexarm_model.modal.modes import Modes
@@ -121,7 +122,7 @@ def test_the_model_beside_is_the_one_of_the_pose() -> None:
     down = (0.0, 0.2792, 0.0)
     arm = DescribedArm(find_manipulator("variable_stiffness"), "", False)
     for pose in (down, (0.0, 0.0, 0.0)):
-        beside = run._model(run.Request(None, 0.6, "variable_stiffness", pose=pose))
+        beside, _ = described_modes("variable_stiffness", "", pose, False)
         modes = arm.modes({}, np.array(pose))
         assert beside[:3] == pytest.approx(modes.omega[:3] / (2 * np.pi), rel=1e-6)
 

@@ -220,7 +220,7 @@ def _doubts(result: Result) -> list[str]:
     if masked:
         lines.append(f"{masked} of {result.weight.size} lines of all outputs were left out for low coherence")
     if result.found.fit is None:
-        lines.append("no mode stands out of the noise in this band")
+        lines += ["no mode stands out of the noise in this band", *filter(None, [result.in_vain])]
     if result.frf.f_hz.size > MANY_LINES:
         lines.append(
             f"{result.frf.f_hz.size} lines are many: narrow modes may be missed, try a --band about them"

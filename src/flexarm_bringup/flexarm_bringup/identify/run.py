@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.identify.described_modes import described_modes, no_resonance
 from flexarm_bringup.identify.heard_outputs import band_of, deaf_outputs, sizes_of
 from flexarm_bringup.identify.measurement import Responses
 from flexarm_bringup.identify.mirrored import Mirrored, Sampled, mirrored_modes, without_mirrored
@@ -20,7 +21,6 @@ from flexarm_bringup.identify.simpler_methods import by_one_input, half_power_be
 from flexarm_bringup.identify.sources import Source
 from flexarm_model.identification.automatic import Identified, identify_modes
 from flexarm_model.identification.bootstrap import Scatter, bootstrap
-from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.held_modes import Unsure, all_together, held_modes
 from flexarm_model.identification.shadows import shadow_of
 from flexarm_model.modal.fit import FitOptions, PoleFit
@@ -85,6 +85,7 @@ class Result:
         least_coherence: Lines below it did not count [1].
         unsure: Modes left out, since their frequency is not known to their bandwidth.
         mirrored: Per mode the described one above half the rate that it perhaps is; None where it is none.
+        in_vain: Why nothing that is described can be found in the band; empty where something can.
     """
 
     source: Source
@@ -103,6 +104,7 @@ class Result:
     least_coherence: float = 0.0
     unsure: tuple[Unsure, ...] = ()
     mirrored: tuple[Mirrored | None, ...] = ()
+    in_vain: str = ""
 
     @property
     def own_fit(self) -> PoleFit | None:
@@ -166,7 +168,7 @@ def identify(source: Source, request: Request, say: Callable[[str], None] = lamb
     Raises:
         ValueError: Responses are missing, the band holds too few lines, or there is no such arm or pose.
     """
-    model_hz = _model(request)
+    described = described_modes(request.manipulator, request.preset, request.pose, request.motors_locked)
     heard = source.responses.without(request.ignore)
     deaf = deaf_outputs(heard, request.band_hz, request.coherence)
     responses = heard.without(tuple(deaf))
@@ -191,8 +193,10 @@ def identify(source: Source, request: Request, say: Callable[[str], None] = lamb
         source, responses, frf, is_reciprocal, weight, _in_units(held.found, recipe.size, is_reciprocal),
         held.scatter, held.methods,
         tuple(half_power_beside(responses, frf, f_hz) for f_hz in frequencies),
-        by_one_input(fitted, weight), model_hz, deaf, (low, high), request.coherence, held.unsure,
+        by_one_input(fitted, weight), tuple(map(float, described[0])), deaf, (low, high), request.coherence,
+        held.unsure,
         _mirrored(fit, source.rate_hz, request, () if is_reciprocal else responses.outputs),
+        no_resonance(*described, (low, high), request.motors_locked) if request.manipulator else "",
     )  # fmt: skip
 
 
@@ -225,16 +229,6 @@ def _in_units(found: Identified, size: Array, is_reciprocal: bool) -> Identified
     factor = size[None, :] if is_reciprocal else size[:, None]
     scaled = replace(model, residues=model.residues * factor, remainders=model.remainders * factor)
     return replace(found, fit=replace(found.fit, model=scaled))
-
-
-def _model(request: Request) -> tuple[float, ...]:
-    """Return the modes of the description at the pose: of free motors unless they were locked [Hz]."""
-    if not request.manipulator:
-        return ()
-    path, preset = find_manipulator(request.manipulator), request.preset
-    pose = np.array(request.pose) if request.pose else load_config(path, preset).home
-    modes = DescribedArm(path, preset, request.motors_locked).modes({}, pose)
-    return tuple(map(float, modes.omega / (2 * np.pi)))
 
 
 def _mirrored(
