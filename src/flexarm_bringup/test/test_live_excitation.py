@@ -54,6 +54,7 @@ def test_what_is_told_is_read_back_signal_and_all(plan: Plan) -> None:
     back = from_text(to_text(ToldTest(plan, (found,), ("tip_accelerometer",), (12, 34))))
     assert back.plan.excitation.signal == pytest.approx(plan.excitation.signal, abs=1e-15)
     assert back.plan.added(0) == pytest.approx(plan.added(0), abs=1e-12)
+    assert (back.plan.effort, back.plan.effort_rate) == (plan.effort, plan.effort_rate) and plan.effort
     assert (back.ignored, back.starts_ns, back.refusal) == (("tip_accelerometer",), (12, 34), "")
     assert np.isnan(back.findings[0].likeness) and back.findings[0].gain == 1.1
     with pytest.raises(ValueError, match="cannot be read"):
