@@ -4,6 +4,8 @@ With ``x`` counted from rest at the pose, ``G`` the gains on the axes and ``r`` 
 
     x+ = (A - B G) x + B r        y = C x + D u        u = r - G x
 
+That is what plans look at. What sensors are to say, ``pushed`` and ``shaken``, is computed with all modes of
+the arm and the delays of its loop: without them sound channels answer with up to 1.36 times the prediction.
 Encoders that are noisy shake an arm that is held, and the faster its motors are sampled the more.
 """
 
@@ -76,6 +78,8 @@ class HeldArm:
         self.dt = round(1e9 / config.rate_hz) * 1e-9
         self._law = JointPd(self.model, ControllerConfig(period=self.dt), MpcConfig(delay_periods=DELAY))
         self._plant = plant(self.model, self.dt)
+        every = tree.motions_within(self.model.q0).shape[1] - self.model.n_theta
+        self._whole = plant(linearize(tree, modes=every), self.dt)
         loop = JointLoop(self.model, self.dt, DELAY)
         if not loop.is_stable(self._law.K_p, self._law.K_d):
             raise ValueError(
@@ -140,20 +144,34 @@ class HeldArm:
         return Answer(tau, x[:, :m], x[:, system.n_xi : system.n_xi + m], y)
 
     def shaken(self, count: int, seed: int = 0) -> Array:
-        """Return what the rows show of an arm that is held while its encoders have their noise, (count, n_y).
-
-        Velocities are differences of positions, smoothed as the drives do; a torque acts one period later.
-        """
-        system, m, gain = self._plant, self.model.n_theta, self._gain()
+        """Return what the rows show of a held arm while its encoders have their noise, (count, n_y)."""
+        m = self.model.n_theta
         kinds = {spec.site: spec.sigma[0] for spec in self.config.sensors if spec.kind == "encoder"}
         sigma = np.array([kinds.get(axis, 0.0) for axis in self.config.actuated])
         noise = sigma * np.random.default_rng(seed).standard_normal((count + 1, m))
+        return self._as_driven(np.zeros((count, m)), noise)
+
+    def pushed(self, added: Array) -> Array:
+        """Return what the rows show after a torque that is added from rest on, (n, n_y).
+
+        Args:
+            added: Torque that acts from each period on, (n, n_theta) [N m or N].
+        """
+        return self._as_driven(added, np.zeros((len(added) + 1, self.model.n_theta)))
+
+    def _as_driven(self, added: Array, noise: Array) -> Array:
+        """Return the rows under the loop with its delays, of the arm with all its modes, (n, n_y).
+
+        Velocities are differences of positions, smoothed as the drives do; what holds acts one period later.
+        """
+        system, m = self._whole, self.model.n_theta
         velocity, acts, ordered, x = np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(system.n_x)
-        y = np.empty((count, len(system.C)))
-        for k in range(count):
+        told, y = noise[0], np.empty((len(added), len(system.C)))
+        for k, push in enumerate(added):
             y[k] = system.C @ x + system.D @ acts  # a sample feels the torque that acted until then
-            velocity += SMOOTHING * ((noise[k + 1] - noise[k]) / self.dt - velocity)
-            acts, ordered = ordered, -gain @ x - self._law.K_p * noise[k + 1] - self._law.K_d * velocity
+            before, told = told, x[:m] + noise[k + 1]
+            velocity += SMOOTHING * ((told - before) / self.dt - velocity)
+            acts, ordered = ordered + push, -self._law.K_p * told - self._law.K_d * velocity
             x = system.A @ x + system.B @ acts
         return y
 

@@ -120,7 +120,7 @@ def check_sensors(arm: HeldArm, plan: Plan) -> Generator[Array, Driven, tuple[Fi
     every, dt, m = channels(arm.config), arm.dt, arm.model.n_theta
     push, rest = push_of(arm), np.zeros((round(arm.settling_time / dt), m))
     added = [np.outer(push, row) * plan.amplitude for row in np.eye(m)]
-    predicted = [arm.respond(each).y[:, [c.row for c in every]] for each in added]
+    predicted = [arm.pushed(each)[:, [c.row for c in every]] for each in added]
     yield rest
     quiet = (yield np.zeros((max(round(QUIET / dt), 50), m))).y
     before, answers = [], []
