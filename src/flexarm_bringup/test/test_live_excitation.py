@@ -24,7 +24,7 @@ from flexarm_bringup.excite.told import ToldTest, from_text, to_text
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_model.identification.sensor_check import Finding
+from flexarm_model.identification.channel_findings import Finding
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.parameters import ParameterError

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flexarm_model.identification.channel_findings import ANOTHER_ARM, CheckedChannel, Finding, Pushes
 from flexarm_model.identification.noise_floor import noise_floor
-from flexarm_model.identification.sensor_check import CheckedChannel, Finding, Pushes, check_channels
+from flexarm_model.identification.sensor_check import check_channels
 
 SIGMA = 0.01
 CHANNELS = tuple(CheckedChannel(name, "m/s^2", SIGMA, -50.0, 50.0) for name in ("a", "b", "c"))
@@ -52,11 +53,57 @@ def test_good_channels_are_good_on_an_arm_whose_frequency_is_15_percent_off() ->
         ("clipped", lambda y: np.clip(y, -0.3, 0.3)),
         ("silent", lambda y: np.where(np.arange(y.shape[-1]) % 2, np.nan, y)),
         ("wrong size", lambda y: 9.81 * y),
+        ("wrong size", lambda y: 2.0 * y),
+        ("wrong size", lambda y: 0.5 * y),
     ],
 )
 def test_a_fault_is_told_by_name_and_the_other_channels_stay_good(verdict: str, change: object) -> None:
     verdicts = {name: f.verdict for name, f in found(changed(a=change)).items()}
     assert verdicts == {"a": verdict, "b": "good", "c": "good"}
+
+
+@pytest.mark.parametrize(("factor", "verdict"), [(1.3, "good"), (2.0, "wrong size"), (0.5, "wrong size")])
+def test_what_all_channels_are_off_by_is_told_of_the_arm_and_no_sensor(factor: float, verdict: str) -> None:
+    """Half the torque constant: every channel was good; a gauge factor of two beside it would hide in it."""
+    findings = found(changed(a=lambda y: factor * y, b=lambda y: factor * y, c=lambda y: factor * y))
+    assert {f.verdict for f in findings.values()} == {verdict}
+    assert all(("torque" in f.words) == (verdict != "good") for f in findings.values())
+
+
+def test_an_arm_that_hardly_answers_is_another_arm_and_its_sensors_are_not_dead() -> None:
+    """The description of another preset: encoder, gauge and accelerometer were to be repaired."""
+    clean = pushes()
+    weak = clean.measured - 0.9 * clean.predicted
+    assert {f.verdict for f in found(replace(clean, measured=0.1 * weak)).values()} == {ANOTHER_ARM}
+    one_speaks = np.where([True, False, False], clean.measured, 0.1 * weak)
+    verdicts = [f.verdict for f in found(replace(clean, measured=one_speaks)).values()]
+    assert verdicts == ["good", "dead", "dead"]
+
+
+@pytest.mark.parametrize(("standing", "verdict"), [(9.8, "good"), (7.0, "good"), (0.0, "off at rest")])
+def test_a_channel_is_held_against_what_the_model_says_at_rest(standing: float, verdict: str) -> None:
+    """Gravity missing in the description: the check was content, the sound accelerometer accused later."""
+    clean = pushes()
+    there = replace(clean, quiet=clean.quiet + [9.8, 0.0, 0.0], rest=clean.rest + [9.8, 0.0, 0.0])
+    channels = (replace(CHANNELS[0], standing=standing, allowance=4.0), *CHANNELS[1:])
+    first, *others = check_channels(channels, there)
+    assert first.verdict == verdict and {f.verdict for f in others} == {"good"}
+    assert ("gravity" in first.words) == first.is_refused == (verdict != "good")
+
+
+@pytest.mark.parametrize("likeness", [0.6, 0.8, 0.85])
+def test_gauges_that_are_alike_are_swapped_when_exchanged_and_good_when_not(likeness: float) -> None:
+    """Both gauges of one beam are still rather like their own predictions: they were good."""
+    rng = np.random.default_rng(6)
+    a, other, c = np.linalg.qr(rng.standard_normal((600, 3)))[0].T
+    b = likeness * a + np.sqrt(1 - likeness**2) * other
+    predicted = np.stack([a, b, c], axis=1).reshape(2, 300, 3)
+    measured = predicted + 0.15 * np.roll(predicted, 7, axis=1)  # of an arm that is not quite the model
+    noise = 1e-3 * rng.standard_normal((400, 3))
+    channels = [CheckedChannel(name, "1", 1e-3) for name in "abc"]
+    for order, verdicts in (([0, 1, 2], ["good"] * 3), ([1, 0, 2], ["swapped", "swapped", "good"])):
+        told = Pushes(noise, np.zeros((2, 3)), measured[:, :, order], predicted)
+        assert [f.verdict for f in check_channels(channels, told)] == verdicts
 
 
 def test_a_range_without_zero_is_one_of_values_and_not_of_deviations() -> None:
@@ -127,7 +174,8 @@ def test_an_answer_of_a_few_sigmas_is_judged(share: float, verdict: str) -> None
     clean = pushes()
     weak = 3.3 * SIGMA / np.sqrt(np.mean(clean.predicted[:, :, 0] ** 2))
     noise = clean.measured - clean.predicted
-    faint = replace(clean, predicted=weak * clean.predicted, measured=noise + share * weak * clean.predicted)
+    shares = weak * np.array([share, 1.0, 1.0])  # that the others answer tells that the arm does
+    faint = replace(clean, predicted=weak * clean.predicted, measured=noise + shares * clean.predicted)
     assert found(faint)["a"].verdict == verdict
 
 

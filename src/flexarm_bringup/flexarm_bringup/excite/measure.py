@@ -12,14 +12,18 @@ from flexarm_bringup.excite.drive import Channel, Drive, Driven, channels
 from flexarm_bringup.excite.held_arm import HeldArm
 from flexarm_bringup.excite.plan import Plan
 from flexarm_bringup.identify.measurement import COMMON, Records, SourceError
+from flexarm_model.identification.channel_findings import ANOTHER_ARM, CheckedChannel, Finding, Pushes
 from flexarm_model.identification.noise_floor import noise_floor
-from flexarm_model.identification.sensor_check import CheckedChannel, Finding, Pushes, check_channels
+from flexarm_model.identification.sensor_check import check_channels
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 Array = NDArray[np.float64]
 QUIET = 1.0  # s
 SHAKEN = 2000  # periods; in the second half the arm shakes as it goes on
 CYCLES_SEEN = 1.0  # of the slowest mode after a push: a softer arm is still in step with the model
+FELT = "m/s^2"  # unit of what feels gravity at rest
+STANDARD_GRAVITY = 9.80665  # m/s^2
+TILT = 0.2  # share of it that a sound one may be off by, beyond its bias: 12 degrees
 MOST_GAPS = 0.05  # share of missing samples that is bridged
 
 
@@ -80,7 +84,8 @@ def modal_test(arm: HeldArm, plan: Plan, ignore: Sequence[str], say: Callable[[s
         say: Is told what is being done.
 
     Raises:
-        SensorCheckError: A channel is dead, flipped, swapped, silent or clipped, and is not to be ignored.
+        SensorCheckError: A channel is dead, flipped, swapped, silent, clipped or off at rest, and is not to
+            be ignored; or no channel answers as the described arm should.
     """
     used = channels_used(arm.config, ignore)
     say("sensor check")
@@ -133,7 +138,7 @@ def check_sensors(arm: HeldArm, plan: Plan) -> Generator[Array, Driven, tuple[Fi
     at_rest = np.array(before)
     measured = np.array(answers) - at_rest[:, None]
     shaken = arm.shaken(SHAKEN)[SHAKEN // 2 :]
-    checked = [_checked(c, noise_floor(shaken[:, c.row])) for c in every]
+    checked = [_checked(c, noise_floor(shaken[:, c.row]), float(arm.model.outputs.y0[c.row])) for c in every]
     return check_channels(checked, Pushes(quiet, at_rest, measured, np.array(predicted)))
 
 
@@ -152,15 +157,22 @@ def refuse(findings: tuple[Finding, ...], used: Collection[str], axes: tuple[str
         SensorCheckError: Names them, and what is wrong with them.
     """
     bad = [finding for finding in findings if finding.is_refused and finding.name in used]
+    arm = [finding for finding in bad if finding.verdict == ANOTHER_ARM]
+    if arm:
+        raise SensorCheckError(f"{arm[0].words}. No sensor is to blame; correct that first", findings, axes)
     if bad:
         named = "; ".join(f"{finding.name} is {finding.verdict}: {finding.words}" for finding in bad)
         allow = " ".join(f"--ignore-channel {finding.name}" for finding in bad)
         raise SensorCheckError(f"{named}. Repair it, or leave it out with {allow}", findings, axes)
 
 
-def _checked(channel: Channel, shaken: float) -> CheckedChannel:
-    spec = channel.spec
-    return CheckedChannel(channel.name, channel.unit, channel.sigma, spec.low, spec.high, shaken)
+def _checked(channel: Channel, shaken: float, standing: float) -> CheckedChannel:
+    spec, allowance = channel.spec, np.inf
+    if channel.unit == FELT:
+        allowance = TILT * STANDARD_GRAVITY + (spec.bias.limit if spec.bias else 0.0)
+    return CheckedChannel(
+        channel.name, channel.unit, channel.sigma, spec.low, spec.high, shaken, standing, allowance
+    )
 
 
 def record_of(config: ManipulatorConfig, driven: Driven, plan: Plan, used: Sequence[Channel]) -> Records:

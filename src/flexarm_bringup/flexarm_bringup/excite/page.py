@@ -11,7 +11,7 @@ from flexarm_bringup.excite.acted_excitation import SAME
 from flexarm_bringup.excite.limited_torque import limited_share
 from flexarm_bringup.excite.measure import MeasuredTest
 from flexarm_bringup.page.report import Cells, Column, Table
-from flexarm_model.identification.sensor_check import Finding
+from flexarm_model.identification.channel_findings import Finding
 
 PERCENT = 100.0
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from flexarm_bringup.excite.plan import Plan
+from flexarm_model.identification.channel_findings import Finding
 from flexarm_model.identification.excitation import excitation
-from flexarm_model.identification.sensor_check import Finding
 
 
 @dataclass(frozen=True)
