@@ -7,7 +7,8 @@ Where that names nobody, the sensors contradict each other, or the arm moves oth
 a served model does on a fast move: then all of them contradict every past that is played without a doubt, but
 those that locate the axes agree with the state in use, which was widened on the way. None is excluded; the
 state must not be used while one that locates the axes contradicts both. A sensor that is excluded is compared
-on, without being fused, and readmitted when it has agreed with the others for ``distrust``.
+on, without being fused, and readmitted when it has agreed with the others for ``distrust``; the gate may be
+wide for the sake of a served model, which is no measure of that.
 """
 
 from __future__ import annotations
@@ -121,7 +122,7 @@ class FaultExclusion:
             sensor = self._excluded.get(sample.sensor)
             if sensor is None:
                 continue
-            if not compare_at_stamp(sample, history.instants).nis <= self._gate.bound(sample.sensor):
+            if not compare_at_stamp(sample, history.instants).nis <= self._gate.agreement(sample.sensor):
                 sensor.agrees_since, sensor.agreed = math.inf, 0
                 continue
             sensor.agrees_since, sensor.agreed = min(sensor.agrees_since, sample.t), sensor.agreed + 1

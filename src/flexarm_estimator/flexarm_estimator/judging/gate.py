@@ -33,6 +33,7 @@ _ALSO = 3.0  # score of another mean that makes a shift doubtful
 _OF_MEAN, _OF_JUMP = 0.9, 0.25  # and its least share of the own score, and of the size of the own jump
 _SHORTEST = 1e-3  # s
 _KEPT = 9  # doubts in a row, at least
+_AGREED = 5.0  # sigmas: within them sensor and state agree, however wide the gate is for the model's sake
 _TOGETHER = 2  # refusals in a row of several sensors at once that make the state doubtful
 
 
@@ -96,6 +97,10 @@ class Gate:
     def bound(self, sensor: str) -> float:
         """Return what ``nu' S^-1 nu`` of a sensor may be."""
         return self._threshold[sensor]
+
+    def agreement(self, sensor: str) -> float:
+        """Return up to which ``nu' S^-1 nu`` a sensor that is not used agrees with those that are."""
+        return self._agreement[sensor]
 
     def doubt(self, t: float) -> str:
         """Return who doubts the state; empty when nobody has lately."""
@@ -205,8 +210,9 @@ class Gate:
 
     def _describe(self, sigmas: Mapping[str, Sequence[float]]) -> None:
         """Take noise and number of the channels."""
-        tail = 2.0 * ndtr(-self._config.gate)
-        self._threshold = {name: float(chdtri(len(sigma), tail)) for name, sigma in sigmas.items()}
+        gate = self._config.gate
+        self._threshold = {name: _chi2(len(sigma), gate) for name, sigma in sigmas.items()}
+        self._agreement = {name: _chi2(len(sigma), min(gate, _AGREED)) for name, sigma in sigmas.items()}
         self._sigmas = sigmas
 
     def _is_common(self, sensor: str, reason: str) -> bool:
@@ -225,3 +231,8 @@ class Gate:
         if len(together) > 1:
             return together
         return {sensor for sensor in together if self._refusals[sensor] >= self._config.reopen_after}
+
+
+def _chi2(m: int, sigmas: float) -> float:
+    """Return what is as improbable for ``m`` squares as so many sigmas are for one."""
+    return float(chdtri(m, 2.0 * ndtr(-sigmas)))
