@@ -1,9 +1,10 @@
 """Health of every sensor and of the estimate as a whole.
 
 A sensor is "stale" when nothing usable has come from it for its latency, three sample periods and
-``time_out``; samples that are not finite or not possible do not count as life. It is "rejected" when
-the newest sample was refused, "faulty" when a watch has put it out of use. The estimate is "degraded"
-when a sensor is stale, faulty, doubted by a watch or refused ``reopen_after`` times in a row; "lost"
+``time_out``; samples that are not finite or not possible do not count as life, those that are older than the
+latency do. It is "rejected" when the newest sample was refused, "faulty" when a watch has put it out of use.
+The estimate is "degraded" when a sensor is stale, faulty, doubted by a watch, older than it should be when it
+comes or refused ``reopen_after`` times in a row; "lost"
 when nothing has come from any for its latency and a little more than one sample period (of fast ones
 ``time_out``), when an axis has not been located for ``position_time_out``, or when the tip's covariance is
 too large; "starting" until it was good once. Where all who locate the axes had been at fault, it is good when
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.estimate import SensorReport, Status
 from flexarm_estimator.judging.coverage import Coverage
 from flexarm_estimator.judging.sample_judge import Verdict
-from flexarm_estimator.judging.sensor_record import SensorRecord, last_hope, report, time_out
+from flexarm_estimator.judging.sensor_record import SensorRecord, last_hope, period, report, time_out
 from flexarm_estimator.judging.short_term import HELD
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.messages.tally import Tally
@@ -55,6 +56,8 @@ class Health:
         self._config, self._coverage = config, Coverage(axes)
         self._records = {
             spec.name: SensorRecord(
+                spec.latency,
+                period(spec),
                 time_out(spec, config),
                 last_hope(spec, config),
                 np.zeros(len(spec.channels)),
@@ -75,7 +78,7 @@ class Health:
         """
         self._has_started, self._started, self._is_contested = False, t, is_contested
         for record in self._records.values():
-            record.newest_accepted = record.newest_valid = t
+            record.newest_accepted, record.newest_valid, record.delay = t, t, 0.0
             record.first_accepted = math.inf
             record.refused_in_a_row, record.accepted_before = 0, record.accepted
             record.reason = "no sample yet"
@@ -95,14 +98,13 @@ class Health:
         """Count a covariance that was refused; its sample is used with that of the description."""
         self.refusals.note(sensor, reason)
 
-    def note_verdicts(self, verdicts: Iterable[Verdict]) -> None:
-        """Count what the gate said."""
+    def note_verdicts(self, verdicts: Iterable[Verdict], now: float) -> None:
+        """Count what the gate said by ``now`` [s]."""
         for verdict in verdicts:
             sensor, t, is_accepted, innovation, normalised, reason, _ = verdict
             record = self._records[sensor]
             record.innovation, record.normalised = innovation, normalised
-            if t > record.newest_valid:
-                record.newest_valid = t
+            record.hear(t, now)
             if is_accepted:
                 record.accepted += 1
                 record.refused_in_a_row, record.reason = 0, ""
@@ -230,7 +232,7 @@ class Health:
 
     def _tells(self, record: SensorRecord, t: float) -> bool:
         """Return whether a sensor speaks, and of where the axes are."""
-        return record.locates > 0 and not record.is_off and t - record.newest_valid <= record.time_out
+        return record.locates > 0 and not record.is_off and not record.is_silent(t)
 
     def _is_doubtful(self, report: SensorReport) -> bool:
         if report.status == "rejected":

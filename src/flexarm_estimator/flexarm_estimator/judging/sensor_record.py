@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.estimate import SensorReport, SensorStatus
+from flexarm_estimator.late_sensors import MS
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
@@ -21,6 +22,8 @@ _LATE = 0.125  # of the time-out: a tick of the loop, in which a sample is heard
 class SensorRecord:
     """What is known of one sensor."""
 
+    latency: float  # as described [s]
+    period: float  # between two samples [s]; 0 where it keeps up with the loop
     time_out: float
     last_hope: float  # age up to which it carries the estimate alone [s]
     innovation: Array
@@ -33,6 +36,7 @@ class SensorRecord:
     first_accepted: float = math.inf
     newest_accepted: float = 0.0
     newest_valid: float = 0.0
+    delay: float = 0.0  # age that the newest usable sample had when it came [s]
     reason: str = "no sample yet"
     normalised: float = 0.0
     without: str = ""  # channels that are switched off
@@ -52,7 +56,27 @@ class SensorRecord:
     @property
     def remark(self) -> str:
         """What else they say."""
-        return "; ".join(self.remarks.values())
+        return "; ".join([*self.remarks.values(), self.why_old] if self.is_old else self.remarks.values())
+
+    @property
+    def is_old(self) -> bool:
+        """Its samples come so late that it would seem silent before the next one, though none is missing."""
+        return self.delay + self.period > self.time_out
+
+    @property
+    def why_old(self) -> str:
+        """How late they come."""
+        return f"samples are {MS * self.delay:.0f} ms old when they come, latency is {MS * self.latency:g} ms"
+
+    def is_silent(self, t: float) -> bool:
+        """Return whether nothing has come for too long at ``t`` [s], however old what comes is."""
+        late = self.delay - self.latency
+        return t - self.newest_valid > self.time_out + (late if late > 0.0 else 0.0)
+
+    def hear(self, stamp: float, t: float) -> None:
+        """Note a sample that can be used, of a ``stamp`` [s], that came at ``t`` [s]."""
+        if stamp > self.newest_valid:
+            self.newest_valid, self.delay = stamp, t - stamp
 
     def refuse(self, reason: str) -> None:
         """Count a sample that is not used."""
@@ -63,7 +87,7 @@ class SensorRecord:
 
 def time_out(spec: SensorSpec, config: EstimatorConfig) -> float:
     """Return the silence of a sensor that is normal [s]."""
-    return spec.latency + max(config.time_out, _PERIODS * _period(spec))
+    return spec.latency + max(config.time_out, _PERIODS * period(spec))
 
 
 def last_hope(spec: SensorSpec, config: EstimatorConfig) -> float:
@@ -71,11 +95,11 @@ def last_hope(spec: SensorSpec, config: EstimatorConfig) -> float:
 
     Where ``_PERIODS`` of its samples are longer than ``time_out`` it ends as soon as the next one is late.
     """
-    is_slow = _PERIODS * _period(spec) > config.time_out
-    return spec.latency + (_period(spec) + _LATE * config.time_out if is_slow else config.time_out)
+    is_slow = _PERIODS * period(spec) > config.time_out
+    return spec.latency + (period(spec) + _LATE * config.time_out if is_slow else config.time_out)
 
 
-def _period(spec: SensorSpec) -> float:
+def period(spec: SensorSpec) -> float:
     """Return the time between two samples [s]; 0 for a sensor that keeps up with the loop."""
     return 1.0 / spec.rate_hz if spec.rate_hz > 0.0 else 0.0
 
@@ -89,11 +113,11 @@ def report(name: str, record: SensorRecord, t: float) -> SensorReport:
         status, reason = "off", "switched off"
     elif record.faults:
         status, reason = "faulty", "; ".join(said for said in (record.fault, record.remark) if said)
-    elif t - record.newest_valid > record.time_out:
+    elif record.is_silent(t):
         status, reason = "stale", f"silent ({reason})" if reason else "silent"
     elif reason:
         status = "rejected"
-    elif record.remarks:
+    elif record.remarks or record.is_old:
         reason = record.remark
     elif record.without:
         reason = f"{record.without} switched off"
