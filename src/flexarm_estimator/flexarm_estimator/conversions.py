@@ -7,7 +7,7 @@ tool, so it is turned there and back.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.estimate import Estimate, SensorReport
 from flexarm_estimator.messages.camera_messages import BASE_FRAME
-from flexarm_estimator.messages.readings import STRANGERS
+from flexarm_estimator.messages.readings import MISSING_AXIS, STRANGERS
 from flexarm_model.conversions import floats, ns_to_stamp
 from flexarm_model.numeric.rotation import quaternion, rotation_from_quaternion
 from flexarm_model.served.reduced_model import ReducedModel
@@ -180,14 +180,16 @@ def diagnostics_msg(
     for source in (source for source in refusals if source not in told):
         reasons = refusals[source]
         values = {"refused": sum(reasons.values()), **_counts(reasons)}
-        msg.status.append(_status(source, _refusal_level(source, reasons), list(reasons)[-1], values))
+        level = DiagnosticStatus.WARN if _is_harmless(source, refusals) else DiagnosticStatus.ERROR
+        msg.status.append(_status(source, level, list(reasons)[-1], values))
     return msg
 
 
-def _refusal_level(source: str, reasons: Iterable[str]) -> bytes:
-    """Return how bad it is: joints of a gripper do no harm, and of a missing axis its sensor tells."""
-    is_harmless = source.endswith("_timestamp") or all(reason.startswith(STRANGERS) for reason in reasons)
-    return bytes(DiagnosticStatus.WARN if is_harmless else DiagnosticStatus.ERROR)
+def _is_harmless(source: str, refusals: Mapping[str, Mapping[str, int]]) -> bool:
+    """Tell whether what was refused does no harm: joints of a gripper, where the arm's axes are told, too."""
+    lacks_axis = any(reason.startswith(MISSING_AXIS) for reasons in refusals.values() for reason in reasons)
+    are_strangers = all(reason.startswith(STRANGERS) for reason in refusals[source])
+    return source.endswith("_timestamp") or (are_strangers and not lacks_axis)
 
 
 def _sensor_status(

@@ -93,6 +93,16 @@ def test_joints_of_a_gripper_in_joint_states_are_worth_a_warning(more, level):
     assert status.level == getattr(conversions.DiagnosticStatus, level)
 
 
+def test_unknown_joints_in_the_place_of_the_arms_own_are_an_error():
+    reading = SensorReader(load_config(find_manipulator("single_link"))).read(
+        "joint_states", SimpleNamespace(name=["base_rz"], position=[0.1]), 0.0
+    )
+    refusals = {refusal.source: {refusal.reason: 7} for refusal in reading.refusals}
+    told = {each.name: each for each in conversions.diagnostics_msg(ESTIMATE, "", refusals, STAMP_NS).status}
+    status = told["estimator: joint_states"]
+    assert (status.message, status.level) == ("unknown joint 'base_rz'", conversions.DiagnosticStatus.ERROR)
+
+
 def test_diagnostics_name_what_was_refused_with_a_count_for_every_reason():
     refusals = {
         "strain": {"unknown gauge 'y'": 2, "unknown gauge 'x'": 3},

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 from flexarm_estimator.measurement import Measurement
 
-STRANGERS = "unknown joint"  # how the reason begins where a message also tells of axes of somebody else
+STRANGERS = "unknown joint"  # how the reason begins where a message tells of axes of somebody else
+MISSING_AXIS = "no joint"  # and where it lacks one of the arm's
 
 
 @dataclass(frozen=True)
