@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from flexarm_bringup import cli
@@ -19,9 +20,10 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 
 def joints_of(name: str, preset: str, friction: float, duration: float) -> JointResult:
     config = load_config(find_manipulator(name), preset)
-    model = linearize(ReducedTree(config))
+    tree = ReducedTree(config)
+    model = linearize(tree)
     motion = move_rig(config, model, RigSettings(friction=friction), duration, lambda text: None)
-    return identify_joints(config, motion, CUTOFF * float(model.omega[0]) / 6.2832)
+    return identify_joints(config, motion, CUTOFF * float(model.omega[0]) / 6.2832, tree)
 
 
 @pytest.mark.slow
@@ -66,6 +68,30 @@ def test_friction_rotors_and_springs_of_a_perturbed_arm_come_back(tmp_path: Path
         assert rows[motor, "viscous friction"][4] == pytest.approx(0.0, abs=0.01)
         stiffness = rows[spring, "stiffness"]
         assert stiffness[4] == pytest.approx(0.81 * stiffness[3], rel=error)
+
+
+TWO_LINK = Path(__file__).parents[3] / "docs" / "two_link.yaml"
+ARMS = [
+    ("single_link", "geared", 2.0),
+    (str(TWO_LINK), "", 2.0),
+    ("variable_stiffness", "", 2.5),
+    ("serial_6r", "", 3.0),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "preset", "most"), ARMS)
+def test_values_of_undisturbed_arms_are_within_a_few_of_their_sigmas(
+    name: str, preset: str, most: float
+) -> None:
+    """Without what bending adds they were off by up to 31 of them."""
+    found = joints_of(name, preset, 0.0, 30.0).parameters
+    off = [abs(p.value - p.described) / p.sigma for p in found]
+    plain = [abs(p.value - p.described) / np.sqrt(p.sigma**2 - p.bias**2) for p in found]
+    for what, ratios in (("with", off), ("without", plain)):
+        p = found[int(np.argmax(ratios))]
+        print(f"{name}: off by at most {max(ratios):.1f} sigma {what} bending, {p.axis} {p.name}")
+    assert max(off) < most
 
 
 def _with_link_encoders(folder: Path) -> Path:

@@ -16,9 +16,10 @@ def test_what_a_low_pass_leaves_of_noise_is_what_a_filtered_record_has() -> None
     noise = 3e-4 * rng.standard_normal((200_000, 1))
     kept = sosfiltfilt(butter(4, 2 * cutoff * dt, output="sos"), noise, axis=0)
     rates = np.gradient(kept, dt, axis=0)
-    position, velocity = left_behind(white_noise(noise), cutoff, dt)
+    position, velocity, acceleration = left_behind(white_noise(noise), cutoff, dt)
     assert np.var(kept) == pytest.approx(position[0], rel=0.03)
     assert np.var(rates) == pytest.approx(velocity[0], rel=0.04)
+    assert np.var(np.gradient(rates, dt, axis=0)) == pytest.approx(acceleration[0], rel=0.06)
 
 
 def test_the_smoothest_cut_off_leaves_half_the_slope_of_friction() -> None:

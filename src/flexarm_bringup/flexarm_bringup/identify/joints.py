@@ -57,14 +57,15 @@ def joints_page(args: argparse.Namespace, say: Callable[[str], None]) -> Page:
     if not args.manipulator:
         raise SourceError("--joints needs --manipulator NAME: links and gravity come from its description")
     config = load_config(find_manipulator(args.manipulator), args.preset)
-    model = linearize(ReducedTree(config))
+    tree = ReducedTree(config)
+    model = linearize(tree)
     slowest_hz = slowest(model, 1.0 / config.rate_hz) / (2 * np.pi)
     if args.files == [Path(RIG)]:
         motion = move_rig(config, model, rig_settings(args.perturb), DURATION, say)
     else:
         motion = motion_of(_records(args.files[0], config), config)
     say("regression")
-    return build_page(config, motion, identify_joints(config, motion, CUTOFF * slowest_hz), args.files)
+    return build_page(config, motion, identify_joints(config, motion, CUTOFF * slowest_hz, tree), args.files)
 
 
 def motion_of(records: Records, config: ManipulatorConfig) -> JointMotion:
@@ -183,11 +184,12 @@ def build_page(
     """Return the parameters, and how well the motion was suited."""
     heads = [
         Column("axis"), Column("parameter"), Column("unit"), Column("described", ".4g"),
-        Column("found", ".4g"), Column("±", ".2g"), Column("± before", ".2g"), Column("the motion"),
+        Column("found", ".4g"), Column("±", ".2g"), Column("± before", ".2g"), Column("from bending", ".2g"),
+        Column("the motion"),
     ]  # fmt: skip
     rows: list[Cells] = [
         [p.axis, p.name, p.unit, p.described, p.value if p.is_told else None, p.sigma, p.prior,
-         _said(p)]
+         p.bias, _said(p)]
         for p in result.parameters
     ]  # fmt: skip
     impossible = [f"{p.axis} {p.name}" for p in result.parameters if p.is_impossible]
@@ -197,6 +199,7 @@ def build_page(
     notes = [
         f"condition number {result.condition:.3g} of the scaled regressor; 1 is best",
         f"least told: {result.weakest}",
+        "± holds what bending of the arm as described adds, which the regression takes for rigid",
     ]
     quality = [
         Column("axis"), Column("torque\nexplained [%]", ".1f"), Column("moving\n[% of time]", ".0f"),

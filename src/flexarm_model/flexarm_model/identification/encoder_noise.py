@@ -1,9 +1,9 @@
 """What the noise of encoders does to a regression on their positions and velocities.
 
 White noise of sigma ``s`` at a period dt behind a Butterworth low-pass of order n at f, run forwards and
-backwards, and its derivative; ``x^(p-1) / (1 + x^2n)^2`` integrates to ``c_p``::
+backwards, and its derivatives; ``x^(p-1) / (1 + x^2n)^2`` integrates to ``c_p``::
 
-    s_q^2 = 2 f dt s^2 c_1          s_v^2 = 2 f dt s^2 (2 pi f)^2 c_3
+    s_q^2 = 2 f dt s^2 c_1     s_v^2 = 2 f dt s^2 (2 pi f)^2 c_3     s_a^2 = 2 f dt s^2 (2 pi f)^4 c_5
     c_p = (1 - p / 2n) (pi / 2n) / sin(p pi / 2n)
 
 Velocities must be surer than the slope of Coulomb friction, or its sign is blurred: that bounds the cut-off
@@ -42,10 +42,10 @@ def smoothest(sigma: Array, dt: float, slope: float) -> float:
     return float(((BLUR * slope) ** 2 / (8.0 * np.pi**2 * noisiest**2 * dt * _passed(3))) ** (1 / 3))
 
 
-def left_behind(sigma: Array, cutoff_hz: float, dt: float) -> tuple[Array, Array]:
-    """Return the variances of position and velocity behind a low-pass, (n_axes,) each."""
-    all_of_it = 2.0 * cutoff_hz * dt * sigma**2
-    return all_of_it * _passed(1), all_of_it * (2.0 * np.pi * cutoff_hz) ** 2 * _passed(3)
+def left_behind(sigma: Array, cutoff_hz: float, dt: float) -> tuple[Array, Array, Array]:
+    """Return the variances of position, velocity and acceleration behind a low-pass, (n_axes,) each."""
+    all_of_it, square = 2.0 * cutoff_hz * dt * sigma**2, (2.0 * np.pi * cutoff_hz) ** 2
+    return all_of_it * _passed(1), all_of_it * square * _passed(3), all_of_it * square**2 * _passed(5)
 
 
 def _passed(p: int) -> float:

@@ -10,7 +10,8 @@ the torque, or what gravity is not told), stiffness k (of a motor's axis where o
 d. Positions are differentiated after a low-pass; then regressors and torques go through one more, far below
 the modes of the arm, alike, so that it changes none of the parameters [Gautier1997]. Every parameter has a
 prior, so that what the motion does not tell stays where it was; how much it tells is its sigma over that
-before, and the condition number of the scaled regressor.
+before, and the condition number of the scaled regressor. A motor that stands tells nothing, and sigma holds
+what bending puts into a parameter (``bending``).
 """
 
 from __future__ import annotations
@@ -22,23 +23,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
+from flexarm_model.identification.bending import Balance, missing_torque
 from flexarm_model.identification.encoder_noise import ORDER, left_behind, smoothest, white_noise
+from flexarm_model.identification.joint_columns import OFFSET, SLOPE, JointColumn, joint_columns
 from flexarm_model.identification.regressor_quality import balance_sizes, condition, weakest
 from flexarm_model.identification.rigid_limit import RigidLimit
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.read_only import lock_arrays
-from flexarm_model.settings.units import axis_dimension, si_unit
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 SMOOTHER, LEAST_SMOOTHER = 25.0, 5.0  # cut-off of positions over the regression's: friction rings the modes
 EDGES = 1.0  # of the regression's cut-off: this many periods at both ends do not count
-SLOPE = 0.01  # velocity over which Coulomb friction turns its sign [rad/s or m/s]
-LINK_SPREAD = 0.02  # one sigma of a link's relative error
 IDENTIFIED = 0.5  # of the sigma before, up to which a parameter counts as told
-LEAST, LEAST_TORQUE = 1e-6, 1e-9  # SI; a sigma before, where description or motion says 0
 SIGNIFICANT, NEGLIGIBLE = 3.0, 0.05  # sigmas, and sigmas before
-OFFSET = "offset"  # the one parameter of an axis that may be negative
+STANDS_OUT = 5.0  # of the deviation of its noise: least RMS of a motor's velocity or acceleration
 NYQUIST_SHARE = 0.8
+Motion = tuple[Array, Array, Array]  # positions, velocities, accelerations, or their variances
 
 
 @dataclass(frozen=True)
@@ -72,8 +73,9 @@ class JointParameter:
         unit: SI.
         described: Value before.
         value: Value found.
-        sigma: One sigma of it.
+        sigma: One sigma of it, with the bias.
         prior: One sigma before.
+        bias: What bending of the arm as described puts into it, since the regression takes it for rigid.
     """
 
     axis: str
@@ -83,6 +85,7 @@ class JointParameter:
     value: float
     sigma: float
     prior: float
+    bias: float = 0.0
 
     @property
     def is_told(self) -> bool:
@@ -117,47 +120,76 @@ class JointResult:
     weakest: str
 
 
-@dataclass(frozen=True)
-class _Column:
-    """An unknown: axis, name, unit, value and sigma before; variance of noise in its regressor."""
-
-    axis: str
-    name: str
-    unit: str
-    described: float
-    prior: float
-    noise: float = 0.0
-
-
-def identify_joints(config: ManipulatorConfig, motion: JointMotion, cutoff_hz: float) -> JointResult:
+def identify_joints(
+    config: ManipulatorConfig, motion: JointMotion, cutoff_hz: float, tree: ReducedTree | None = None
+) -> JointResult:
     """Return the parameters of the joints.
 
     Args:
         config: The manipulator as described.
         motion: What was measured.
         cutoff_hz: Of the regression; well below the slowest mode [Hz].
+        tree: Its dynamics, of which the bias comes; None for an arm that does not bend.
 
     Raises:
         ValueError: The motion is too short or not finite, or the arm is not an open one.
     """
     if not (np.isfinite(motion.q).all() and np.isfinite(motion.tau).all()):
         raise ValueError(f"positions or torques of {', '.join(motion.axes)} are not finite at some samples")
-    rigid = RigidLimit(config, motion.axes)
+    rigid, dt = RigidLimit(config, motion.axes), motion.dt
     sigma = white_noise(motion.q)
-    q, v, a = _derivatives(motion, cutoff_hz, smoothest(sigma, motion.dt, SLOPE))
+    noise = left_behind(sigma, cutoff_hz, dt)
+    moved = _derivatives(motion, cutoff_hz, smoothest(sigma, dt, SLOPE))
+    moved = _standing(config, motion, moved, noise, cutoff_hz)
     acting = (motion.tau + np.vstack([motion.tau[:1], motion.tau[:-1]])) / 2  # at the samples
-    columns, X = _regressors(config, rigid, (q, v, a), acting, left_behind(sigma, cutoff_hz, motion.dt))
-    step = max(1, int(0.5 / cutoff_hz / motion.dt))
-    edge = round(EDGES / cutoff_hz / motion.dt)
-    kept = slice(edge, len(q) - edge, step)
-    X, y = _lowpass(X, cutoff_hz, motion.dt)[kept], _lowpass(acting, cutoff_hz, motion.dt)[kept]
+    columns, X = joint_columns(config, rigid, moved, acting, noise)
+    edge = round(EDGES / cutoff_hz / dt)
+    kept = slice(edge, len(X) - edge, max(1, int(0.5 / cutoff_hz / dt)))
+    X, y = _lowpass(X, cutoff_hz, dt)[kept], _lowpass(acting, cutoff_hz, dt)[kept]
     if y.size < 2 * len(columns):
-        raise ValueError(f"{len(q) * motion.dt:.1f} s of motion are too short for {len(columns)} parameters")
-    size = balance_sizes(np.array([column.described for column in columns]), X, y)
-    parameters, fit = _solve(columns, X, y, size)
-    moving, acceleration = np.mean(abs(v[kept]) > SLOPE, axis=0), np.sqrt(np.mean(a[kept] ** 2, axis=0))
+        raise ValueError(f"{len(motion.q) * dt:.1f} s of motion are too short for {len(columns)} parameters")
+    described = np.array([column.described for column in columns])
+    bent = np.zeros_like(y)
+    if tree is not None:
+        slow = [_lowpass(part, cutoff_hz, dt) for part in moved]
+        bent = missing_torque(tree, motion.axes, _rigid_balance(config, rigid, described), slow, dt)[kept]
+    size = balance_sizes(described, X, y)
+    parameters, fit = _solve(columns, X, y, bent, size)
+    moving = np.mean(abs(moved[1][kept]) > SLOPE, axis=0)
+    acceleration = np.sqrt(np.mean(moved[2][kept] ** 2, axis=0))
     least = weakest([f"{column.axis} {column.name}" for column in columns], X, size)
     return JointResult(parameters, condition(X, size), fit, moving, acceleration, least)
+
+
+def _standing(
+    config: ManipulatorConfig, motion: JointMotion, moved: Motion, noise: Motion, cutoff_hz: float
+) -> Motion:
+    """Return the motion with motors at rest that stand, or where nothing stands out of the encoder's noise.
+
+    A loop that holds a motor answers the noise of its encoder: the torque of a motor that stands and that
+    noise together look like an inertia or a friction, be it a negative one.
+    """
+    slow = [_lowpass(part, cutoff_hz, motion.dt) for part in moved[1:]]
+    squares = [np.mean(part**2, axis=0) for part in slow]
+    actuated = np.array([config.axes[name].actuated for name in motion.axes])
+    stands = squares[0] <= SLOPE**2
+    v, a = (
+        np.where(actuated & (stands | (square <= STANDS_OUT**2 * variance)), 0.0, part)
+        for part, square, variance in zip(moved[1:], squares, noise[1:], strict=True)
+    )
+    return moved[0], v, a
+
+
+def _rigid_balance(config: ManipulatorConfig, rigid: RigidLimit, described: Array) -> Balance:
+    """Return what the rigid arm with described parameters asks of its axes."""
+
+    def balance(q: Array, v: Array, a: Array) -> Array:
+        """Return it for positions, velocities, accelerations, (n, n_axes)."""
+        none = np.zeros_like(q)
+        X = joint_columns(config, rigid, (q, v, a), none, (none[0], none[0]))[1]
+        return np.asarray(X @ described)
+
+    return balance
 
 
 def _derivatives(motion: JointMotion, cutoff_hz: float, surest_hz: float) -> tuple[Array, Array, Array]:
@@ -170,71 +202,35 @@ def _derivatives(motion: JointMotion, cutoff_hz: float, surest_hz: float) -> tup
     return q, v, a
 
 
-def _regressors(
-    config: ManipulatorConfig,
-    rigid: RigidLimit,
-    motion: tuple[Array, Array, Array],
-    tau: Array,
-    noise: tuple[Array, Array],
-) -> tuple[list[_Column], Array]:
-    """Return the unknowns and their columns, (n, n_axes, n_columns).
-
-    A motor's torque is what its regressors explain, a spring's balance has no torque: only there the noise
-    that is left of positions and velocities counts.
-    """
-    q, v, a = motion
-    links = np.array([rigid.torques(*row) for row in zip(q, v, a, strict=True)])  # (n, n_axes, n_bodies)
-    columns = [_Column(name, "links beyond, over described", "1", 1.0, LINK_SPREAD) for name in rigid.bodies]
-    parts = [links]
-    for k, name in enumerate(rigid.axes):
-        axis, size = config.axes[name], max(float(np.sqrt(np.mean(tau[:, k] ** 2))), LEAST_TORQUE)
-        speed = float(np.sqrt(np.mean(v[:, k] ** 2)))
-        if axis.actuated:
-            own = {
-                ("rotor inertia", "inertia"): (a, axis.rotor_inertia, max(axis.rotor_inertia, LEAST)),
-                ("viscous friction", "damping"): (v, axis.damping, size / max(speed, SLOPE)),
-                ("Coulomb friction", "effort"): (np.tanh(v / SLOPE), 0.0, size),
-                (OFFSET, "effort"): (np.ones_like(v), 0.0, size),
-            }
-            if axis.stiffness:
-                own["stiffness", "stiffness"] = q, axis.stiffness, axis.stiffness
-        else:
-            own = {
-                ("stiffness", "stiffness"): (q, axis.stiffness, max(axis.stiffness, LEAST)),
-                ("damping", "damping"): (v, axis.damping, 10.0 * max(axis.damping, LEAST)),
-            }
-        blurs = {} if axis.actuated else {"stiffness": noise[0][k], "damping": noise[1][k]}
-        for (what, quantity), (values, described, prior) in own.items():
-            unit = si_unit(axis_dimension(axis.name, quantity))
-            column = np.zeros((len(q), len(rigid.axes), 1))
-            column[:, k, 0] = values[:, k]
-            parts.append(column)
-            columns.append(_Column(name, what, unit, described, prior, float(blurs.get(what, 0.0))))
-    return columns, np.concatenate(parts, axis=2)
-
-
 def _solve(
-    columns: Sequence[_Column], X: Array, y: Array, size: Array
+    columns: Sequence[JointColumn], X: Array, y: Array, bent: Array, size: Array
 ) -> tuple[tuple[JointParameter, ...], Array]:
-    """Return parameters and fit; every axis counts by its own residual."""
+    """Return parameters and fit; every axis counts by its own residual.
+
+    What ``bent`` [N m or N], (n, n_axes), of the torque is not the rigid arm's goes into sigma as a bias.
+    """
     described, prior = (np.array([getattr(c, name) for c in columns]) for name in ("described", "prior"))
     sigma = np.maximum(np.std(y - X @ described, axis=0), 1e-12)  # per axis, (n_axes,)
     for _ in range(3):
-        rows, blur = (X / sigma[:, None]).reshape(-1, len(columns)), _blur(columns, X, sigma)
+        weights, blur = sigma, _blur(columns, X, sigma)
+        rows = (X / weights[:, None]).reshape(-1, len(columns))
         information = rows.T @ rows - blur + np.diag(prior**-2)
         told = rows.T @ ((y - X @ described) / sigma).ravel() + blur @ described
         delta = np.linalg.solve(information, told)
         left = y - X @ (described + delta)
         sigma = np.maximum(np.std(left, axis=0), 1e-9 * size + 1e-15)
-    spread = np.sqrt(np.diag(np.linalg.inv(information)))
+    bias = np.linalg.solve(information, rows.T @ (bent / weights).ravel())
+    spread = np.hypot(np.sqrt(np.diag(np.linalg.inv(information))), bias)
     found = tuple(
-        JointParameter(c.axis, c.name, c.unit, c.described, float(c.described + d), float(s), c.prior)
-        for c, d, s in zip(columns, delta, spread, strict=True)
+        JointParameter(
+            c.axis, c.name, c.unit, c.described, float(c.described + d), float(s), c.prior, float(b)
+        )
+        for c, d, s, b in zip(columns, delta, spread, bias, strict=True)
     )
     return found, np.asarray(100.0 * (1.0 - np.std(left, axis=0) / size))
 
 
-def _blur(columns: Sequence[_Column], X: Array, sigma: Array) -> Array:
+def _blur(columns: Sequence[JointColumn], X: Array, sigma: Array) -> Array:
     """Return what noise in the regressors adds to the information, at most half of it, (n_c, n_c)."""
     added = np.zeros(len(columns))
     for i, column in enumerate(columns):
