@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from flexarm_bringup import cli
-from flexarm_bringup.identify.joints import CUTOFF, move_rig
+from flexarm_bringup.identify.joints import CUTOFF
+from flexarm_bringup.identify.slow_motion import move_rig
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_model.identification.joint_regression import JointResult, identify_joints
 from flexarm_model.reading.config import load_config

@@ -192,6 +192,7 @@ def record_of(config: ManipulatorConfig, driven: Driven, plan: Plan, used: Seque
         repeats,
         True,
         plan.excitation.band_hz,
+        is_centred=True,
     )
 
 

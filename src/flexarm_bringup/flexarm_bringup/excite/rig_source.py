@@ -114,6 +114,7 @@ def save_records(records: Sequence[Records], path: Path) -> tuple[Path, ...]:
         n = next(iter(run.outputs.values())).size
         columns: dict[str, Any] = {
             "t": np.arange(n) / run.rate_hz, "repeats": run.repeats, "is_held": run.is_held,
+            "is_centred": run.is_centred,
             **({"band_hz": np.array(run.band_hz)} if run.band_hz else {}),
             **{f"in:{name}": values for name, values in run.inputs.items()},
             **{f"out:{name}": values for name, values in run.outputs.items()},

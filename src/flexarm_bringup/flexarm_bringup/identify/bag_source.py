@@ -94,8 +94,9 @@ def read_bag(
     told = {name: values - values.mean() * is_centred for name, values in sampled.items()}
     left = _unended(bag) + _left_out(config, units, heard, told)
     return Records(
-        config.rate_hz, inputs, told, COMMON, kinds, asked if moves else {}, is_held=True, remarks=left
-    )
+        config.rate_hz, inputs, told, COMMON, kinds, asked if moves else {}, is_held=True, remarks=left,
+        is_centred=is_centred,
+    )  # fmt: skip
 
 
 def _unended(bag: Bag) -> tuple[str, ...]:

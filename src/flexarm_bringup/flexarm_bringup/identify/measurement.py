@@ -118,6 +118,7 @@ class Records:
         is_held: An input stays until the next sample, as a drive's torque does.
         band_hz: Where the inputs have power [Hz]; None when nobody knows.
         remarks: What the reader should know of it.
+        is_centred: Outputs are told without their mean.
     """
 
     rate_hz: float
@@ -130,6 +131,7 @@ class Records:
     is_held: bool = False
     band_hz: tuple[float, float] | None = None
     remarks: tuple[str, ...] = ()
+    is_centred: bool = False
 
 
 def checked(path: Path, responses: Responses) -> Responses:

@@ -140,6 +140,7 @@ def _records(path: Path, columns: Mapping[str, Any], kind: str) -> Records:
     return Records(
         rate_hz, sides["in"], sides["out"], kind, kinds, instruments,
         _repeats(path, columns, t.size), bool(_number(path, columns, "is_held")), _band(path, columns),
+        is_centred=bool(_number(path, columns, "is_centred")),
     )  # fmt: skip
 
 

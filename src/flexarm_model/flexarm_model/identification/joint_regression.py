@@ -106,7 +106,7 @@ class JointResult:
     Attributes:
         parameters: In the order of the axes.
         condition: Condition number of the regressor, columns scaled to one [1].
-        fit: Share of the torque that is explained, by axis [%], (n_axes,).
+        fit: Share of the torque that is explained, by axis [%], not a number for a motor without, (n_axes,).
         moving: Share of the time in which an axis moves faster than friction turns [1], (n_axes,).
         acceleration: RMS of the accelerations used [rad/s^2 or m/s^2], (n_axes,).
         weakest: Combination that the motion tells least, in words.
@@ -133,6 +133,7 @@ def identify_joints(
 
     Raises:
         ValueError: The motion is too short or not finite, or the arm is not an open one.
+        PoseError: There is no model of the tree at the mean pose.
     """
     if not (np.isfinite(motion.q).all() and np.isfinite(motion.tau).all()):
         raise ValueError(f"positions or torques of {', '.join(motion.axes)} are not finite at some samples")
@@ -158,6 +159,8 @@ def identify_joints(
     moving = np.mean(abs(moved[1][kept]) > SLOPE, axis=0)
     acceleration = np.sqrt(np.mean(moved[2][kept] ** 2, axis=0))
     least = weakest([f"{column.axis} {column.name}" for column in columns], X, size)
+    unasked = [config.axes[name].actuated and not y[:, k].any() for k, name in enumerate(motion.axes)]
+    fit = np.where(unasked, np.nan, fit)
     return JointResult(parameters, condition(X, size), fit, moving, acceleration, least)
 
 
