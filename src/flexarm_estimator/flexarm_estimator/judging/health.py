@@ -4,11 +4,10 @@ A sensor is "stale" when nothing usable has come from it for its latency, three 
 ``time_out``; samples that are not finite or not possible do not count as life, those that are older than the
 latency do. It is "rejected" when the newest sample was refused, "faulty" when a watch has put it out of use.
 The estimate is "degraded" when a sensor is stale, faulty, doubted by a watch, older than it should be when it
-comes or refused ``reopen_after`` times in a row; "lost"
-when nothing has come from any for its latency and a little more than one sample period (of fast ones
-``time_out``), when an axis has not been located for ``position_time_out``, or when the tip's covariance is
-too large; "starting" until it was good once. Where all who locate the axes had been at fault, it is good when
-all of them agree.
+comes or refused ``reopen_after`` times in a row; "lost" when nothing has come from any for its latency and a
+little more than one sample period (of fast ones ``time_out``), when an axis has not been located for
+``position_time_out``, or when the tip's covariance is too large; "starting" until it was good once. Where all
+who locate the axes had been at fault, it is good when all of them agree.
 """
 
 from __future__ import annotations
