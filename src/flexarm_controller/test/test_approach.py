@@ -133,7 +133,8 @@ def test_a_goal_that_no_gentle_motion_reaches_is_reached_by_way_of_rest(share, g
     begin = MotionState(np.array([2.5]), np.array([v]), np.zeros(1))
     motion = planner.move(begin, np.array([goal]), 3.0)
     assert stopped_by(guarded, motion) == ""
-    assert (motion.t[0], motion.theta[0, 0], motion.theta_dot[0, 0]) == (3.0, 2.5, v)
+    assert (motion.t[0], motion.theta[0, 0]) == (3.0, 2.5)
+    assert motion.theta_dot[0, 0] == pytest.approx(v, rel=1e-14)  # by the last bit with Python 3.10
     assert motion.theta[-1, 0] == pytest.approx(goal, abs=1e-9) and not motion.theta_dot[-1].any()
     slower = planner.move(begin, np.array([goal]), 3.0, 9.0)
     assert slower.t[-1] == pytest.approx(12.0) and stopped_by(guarded, slower) == ""
