@@ -41,10 +41,12 @@ class AsOffered:
         made: list[Any] = []
 
         def replace() -> None:
+            """Subscribe again as best effort."""
             self._node.destroy_subscription(made.pop())
             self._node.create_subscription(kind, topic, receive, lesser, raw=True)
 
         def on_lesser_offer(_: Any) -> None:
+            """Note that somebody offers less."""
             if made:  # an event of one that is replaced may come late
                 self._unheard[topic] = replace
 

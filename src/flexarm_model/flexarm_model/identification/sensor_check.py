@@ -92,6 +92,7 @@ class _Numbers:
 
     @property
     def answer(self) -> float:
+        """Root mean square of its answer to all pushes."""
         return float(np.sqrt(np.mean(self.answers**2)))
 
     @property
@@ -106,6 +107,7 @@ class _Numbers:
 
     @property
     def is_judged(self) -> bool:
+        """Whether the model predicts enough beyond its noise."""
         return self.size > HEARD * self.channel.at_rest
 
     @property
@@ -115,6 +117,7 @@ class _Numbers:
 
     @property
     def is_noisy(self) -> bool:
+        """Whether it has far more noise than a sound one."""
         return self.noise > NOISY * self.channel.at_rest
 
 

@@ -54,9 +54,7 @@ LATEST_QOS = QoSProfile(depth=1)
 # of every period: what is lost is too old when it has been sent again, and acknowledging costs each one more
 NEWEST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-TOLD_QOS = QoSProfile(
-    depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL
-)  # the next one is of another thing
+TOLD_QOS = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # each is of another thing
 MODELS_DEPTH = 500  # most models of one motion; they are sent in one go, ahead of it
 MODELS_QOS = QoSProfile(depth=MODELS_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LOCKSTEP_QOS = QoSProfile(depth=1000)  # both ends in lockstep: no message is lost while a reader is slow
