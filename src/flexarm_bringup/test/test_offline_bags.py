@@ -26,24 +26,21 @@ def part(bag: Bag, folder: Path, is_kept: Callable[[Record], bool]) -> str:
     return str(folder)
 
 
-def test_a_bag_too_short_to_be_halved_is_not_tuned_on(
-    golden: Bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """None of its samples counted, and the page said that the record does not tell anything better."""
-    end = golden.records[0].log_time_ns + 400_000_000
-    path = part(golden, tmp_path / "bag", lambda record: record.log_time_ns < end)
-    assert cli.main(["tune", path]) == 2
-    assert "s of samples are too short: the first 0.3 s do not count" in capsys.readouterr().err
-
-
-def test_a_bag_in_which_no_filter_settles_is_not_looked_back_at(
-    golden: Bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("command", "length_ns", "said"),
+    [
+        ("tune", 400_000_000, "s of samples are too short: the first 0.3 s do not count"),  # it is halved
+        ("smooth", 200_000_000, "no estimate counts: the first 0.3 s after every start"),
+    ],
+)
+def test_a_bag_in_which_no_filter_settles_is_not_used(
+    command: str, length_ns: int, said: str, golden: Bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """All of it was judged, and the page said that the first 0.3 s were left out."""
-    end = golden.records[0].log_time_ns + 200_000_000
+    end = golden.records[0].log_time_ns + length_ns
     path = part(golden, tmp_path / "bag", lambda record: record.log_time_ns < end)
-    assert cli.main(["smooth", path]) == 2
-    assert "no estimate counts: the first 0.3 s after every start" in capsys.readouterr().err
+    assert cli.main([command, path]) == 2
+    assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", ["ablate", "smooth"])

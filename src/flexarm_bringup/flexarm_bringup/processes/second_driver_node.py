@@ -25,9 +25,7 @@ from flexarm_model.ros.node import SENSOR_QOS, events_executor
 from flexarm_model.ros.tool_node import in_domain
 from flexarm_model.settings.strict_yaml import ConfigError
 
-LISTEN = (
-    3.5  # s; Fast DDS announces itself every 3 s, with config/middleware/fastdds.xml it is heard after 0.4 s
-)
+LISTEN = 3.5  # s; Fast DDS announces itself every 3 s, sooner with config/middleware/fastdds.xml
 _LOOK_PERIOD = 0.05  # s
 
 
