@@ -196,7 +196,9 @@ def test_drives_that_offer_best_effort_are_heard(beside_a_controller: Any) -> No
     end = time.monotonic() + 20.0
     while time.monotonic() < end and not all(each.get_subscription_count() for each in said):
         time.sleep(0.05)
-    assert [each.get_subscription_count() for each in said] == [1, 1]
+    assert all(each.get_subscription_count() for each in said)
+    heard = {each.topic_name: each.qos_profile.reliability for each in beside_a_controller.subscriptions}
+    assert {heard[each.topic_name] for each in said} == {SENSOR_QOS.reliability}  # a node before may be heard
     drives.destroy_node()
 
 
