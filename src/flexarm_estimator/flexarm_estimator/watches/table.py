@@ -11,6 +11,7 @@ from flexarm_estimator.watches.bias_watch import BiasWatch
 from flexarm_estimator.watches.frozen_watch import FrozenWatch
 from flexarm_estimator.watches.latency_watch import LatencyWatch
 from flexarm_estimator.watches.noise_watch import NoiseWatch
+from flexarm_estimator.watches.offset_watch import OffsetWatch
 from flexarm_estimator.watches.shift_watch import ShiftWatch
 from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_estimator.watches.watch import Finding, View, Watch
@@ -39,6 +40,7 @@ class Watches:
             LatencyWatch(delays, config),
             BiasWatch(specs, config),
             NoiseWatch(specs),
+            OffsetWatch(),
             IsolationWatch(specs, {"strain_gauge": config.isolation_strain_error}),
         )
 
