@@ -24,6 +24,7 @@ from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARMS = Path(__file__).parents[2] / "flexarm_model/test/arms"
+DOCS = Path(__file__).parents[3] / "docs"
 FIVE = ["single_link", "planar_3rrr", "spatial_3tpt", "variable_stiffness", "serial_6r"]
 STATIONS = 2  # Pinocchio needs minutes for hundreds of joints
 TOLERANCE = 1e-9  # m and 1
@@ -69,6 +70,19 @@ def test_every_node_of_every_body_is_a_link_in_its_place_at_random_coordinates(n
             for node, shape in shapes.nodes.items():
                 ours = frames[body] @ node_transform(shape, eta)
                 assert links[f"{body}.{node}"] == pytest.approx(ours, abs=TOLERANCE), f"{body}.{node}"
+
+
+def test_nodes_that_are_named_like_stations_keep_their_places(tmp_path: Path) -> None:
+    text = (DOCS / "two_link.yaml").read_text()
+    text = text.replace("gauge: 10 mm, end: 400 mm", "s1: 10 mm, s2: 400 mm")
+    file = tmp_path / "named_like_stations.yaml"
+    file.write_text(text.replace("upper.end", "upper.s2").replace("upper.gauge", "upper.s1"))
+    name = str(file)
+    q, arm = scattered(name, 1), tree(name)
+    assert placed(name, q)["tool"] == pytest.approx(arm.tip_pose(q), abs=TOLERANCE)
+    at_rest = placed(name, np.zeros(arm.n_q))
+    assert at_rest["upper.s1"][0, 3] == pytest.approx(0.010, abs=TOLERANCE)
+    assert at_rest["upper.s2"][0, 3] == pytest.approx(0.400, abs=TOLERANCE)
 
 
 @pytest.mark.parametrize("name", FIVE)

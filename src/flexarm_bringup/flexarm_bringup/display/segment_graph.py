@@ -153,7 +153,14 @@ def _with_stations(beam: Beam, count: int) -> Beam:
     there = np.array(list(beam.nodes.values()))
     wanted = np.linspace(0.0, beam.length, count + 1)[1:]
     more = {f"s{i + 1}": float(x) for i, x in enumerate(wanted) if abs(there - x).min() > SAME}
-    return replace(beam, nodes={**beam.nodes, **more})
+    return replace(beam, nodes={**beam.nodes, **{_unused(name, beam): x for name, x in more.items()}})
+
+
+def _unused(name: str, beam: Beam) -> str:
+    """Return the name, with as many "_" behind it as no node of the description has."""
+    while name in beam.nodes:
+        name += "_"
+    return name
 
 
 def _pairs(shapes: Superelement, entry: str) -> Iterator[tuple[str, str]]:
