@@ -7,6 +7,7 @@ import errno
 import json
 import math
 import os
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -108,6 +109,21 @@ def test_figures_take_the_colour_of_the_text_and_scale() -> None:
     assert root.get("width") is None
     assert "currentColor" in figure.svg
     assert "A line &amp; its caption" in Page("T", "L", [figure]).to_html()
+
+
+def test_no_two_drawings_of_a_page_share_an_id_and_every_reference_is_met() -> None:
+    figures = []
+    for caption in ("Strips", "Other strips"):
+        with drawing() as plot:
+            axes = plot.subplots()
+            axes.broken_barh([(0.0, 1.0)], (0.0, 1.0))
+            axes.fill_between([0.0, 1.0], [0.0, 1.0], label="a band")
+            axes.legend()
+            figures.append(to_figure(plot, caption))
+    text = Page("T", "L", figures).to_html()
+    ids = re.findall(r'\bid="([^"]*)"', text)
+    assert len(set(ids)) == len(ids)
+    assert set(re.findall(r'(?:url\(|href=")#([^")]+)', text)) == set(ids) != set()
 
 
 @pytest.mark.parametrize("passed", [True, False])
