@@ -5,9 +5,11 @@
   flexarm plot BAG --png DIR              one picture per panel into a folder instead
   flexarm plot BAG --topics strain /imu   only what concerns these topics; any topic, also of other robots
 
-Topics are relative to /flexarm unless they begin with a slash. What the bag lacks is said, and why a panel is
-left out whose messages are not as they should be. A bag of another robot has its numbers drawn, topic by
-topic. Exit code 2 and the reason when a bag cannot be used, none of it be drawn, or a picture not be written.
+Topics are relative to /flexarm unless they begin with a slash. Lines and strips are blank where a topic of a
+steady pace fell silent for more than five of its usual steps and 0.1 s. What the bag lacks is said, and why a
+panel is left out whose messages are not as they should be. A bag of another robot has its numbers drawn,
+topic by topic. Exit code 2 and the reason when a bag cannot be used, none of it be drawn, or a picture not be
+written.
 """
 
 from __future__ import annotations
@@ -109,7 +111,8 @@ def build_page(
     """Return the page: the figures, what is missing, and why panels could not be drawn, by their names."""
     counted = sum(series.counts.values())
     arm = f" of {series.config.name} ({series.config.preset or 'no preset'})" if series.config else ""
-    lead = f"{counted} messages{arm}. Time zero is the first estimate, or the first measurement without one."
+    lead = f"{counted} messages{arm}. Time zero is the first estimate, or the first measurement without one. "
+    lead += "Blank: a topic that comes at a steady pace fell silent."
     rows: list[Cells] = []
     for panel in [*PANELS, *(panel for panel in panels if panel not in PANELS)]:
         became = "drawn" if panel in panels else "left out"

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bag_plots.panel import QUIET, line, name_rows, reach, stacked, strip
-from flexarm_bringup.bag_plots.series import BagSeries, constant_names, thin
+from flexarm_bringup.bag_plots.panel import QUIET, band, line, name_rows, reach, stacked, strip
+from flexarm_bringup.bag_plots.series import BagSeries, constant_names
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Plot
@@ -25,15 +25,8 @@ def draw_modes(plot: Plot, series: BagSeries) -> None:
     eta = series.column("modal_state", lambda msg: msg.eta)
     sigma = series.column("modal_state", lambda msg: mode_sigma(msg.covariance, len(msg.theta), len(msg.eta)))
     for i, axes in enumerate(stacked(plot, min(eta.shape[1], SHOWN_MODES))):
-        t_low, low = thin(t, eta[:, i] - SIGMAS * sigma[:, i])
-        t_high, high = thin(t, eta[:, i] + SIGMAS * sigma[:, i])
-        axes.fill(
-            np.append(t_low, t_high[::-1]),
-            np.append(low, high[::-1]),
-            alpha=0.3,
-            linewidth=0,
-            label="3 sigma",
-        )
+        low, high = (eta[:, i] + side * SIGMAS * sigma[:, i] for side in (-1.0, 1.0))
+        band(axes, t, low, high, color="C0", alpha=0.3, linewidth=0, label="3 sigma")
         line(axes, t, eta[:, i], label="estimate")
         axes.set_ylabel(f"{first.names[i]}\n[kg$^{{1/2}}$ m]")
         if i == 0:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.bag_plots.panel import QUIET, line, name_rows, reach, stacked, strip
 from flexarm_bringup.bag_plots.series import BagSeries, constant_names
+from flexarm_bringup.bag_plots.silence import is_silent
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.reference import Reference
 from flexarm_model.settings.units import is_sliding
@@ -84,8 +85,10 @@ def _draw_distance(axes: Any, curves: dict[str, tuple[Array, Array]]) -> None:
     t, wanted = curves["reference"]
     for name in ("estimate", "truth"):
         if name in curves:
-            at = [np.interp(t, curves[name][0], curves[name][1][:, i]) for i in range(3)]
-            line(axes, t, 1e3 * np.linalg.norm(np.transpose(at) - wanted, axis=1), linestyle=STYLES[name])
+            told, tip = curves[name]
+            at = np.transpose([np.interp(t, told, tip[:, i]) for i in range(3)])
+            distance = np.where(is_silent(told, t), np.nan, np.linalg.norm(at - wanted, axis=1))
+            line(axes, t, 1e3 * distance, linestyle=STYLES[name])
     axes.axhspan(0.0, BALL, color="#888888", alpha=0.25, linewidth=0)
     axes.set_yscale("symlog", linthresh=BALL)
     axes.set_ylabel("off the\nreference [mm]")
@@ -142,7 +145,7 @@ def draw_goals(plot: Plot, series: BagSeries) -> None:
     names = constant_names(messages[0])
     top, bottom = plot.subplots(2, 1, sharex=True, height_ratios=(1, 3))
     colours: dict[str, str] = {}
-    strip(top, 0, t, [names.get(msg.state, "?") for msg in messages], colours)
+    strip(top, 0, t, [names.get(msg.state, "?") for msg in messages], colours, holds=True)
     name_rows(top, ["goal"], colours)
     distance = 1e3 * series.column("motion_status", lambda msg: msg.distance)
     bottom.plot(t, distance, marker=".", linestyle="none")

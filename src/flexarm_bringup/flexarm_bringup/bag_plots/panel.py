@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.bag_plots.series import BagSeries, spells, thin
+from flexarm_bringup.bag_plots.silence import gaps
 from flexarm_bringup.bags.bag_writer import BagError
 
 if TYPE_CHECKING:
@@ -58,8 +59,30 @@ class Panel:
 
 
 def line(axes: Any, t: Array, y: Array, **style: Any) -> None:
-    """Draw a line, thinned."""
-    axes.plot(*thin(t, y), **style)
+    """Draw a line, thinned, and broken where the topic was silent."""
+    shown_t, shown = thin(t, y)
+    last = t[gaps(t)]
+    at = np.searchsorted(shown_t, last, side="right")
+    axes.plot(np.insert(shown_t, at, last), np.insert(np.asarray(shown, float), at, np.nan), **style)
+
+
+def band(axes: Any, t: Array, low: Array, high: Array, **style: Any) -> None:
+    """Fill between two lines, thinned; there is nothing where the topic was silent.
+
+    Args:
+        axes: Where to draw.
+        t: Instants [s], (k,).
+        low: The lower line, (k,).
+        high: The upper line, (k,).
+        style: As matplotlib's ``fill`` has it.
+    """
+    last, pieces = t[gaps(t)], []
+    for line_t, y in (thin(t, low), thin(t, high)):
+        at = np.searchsorted(line_t, last, side="right")
+        pieces.append(list(zip(np.split(line_t, at), np.split(y, at), strict=True)))
+    for (t_low, below), (t_high, above) in zip(*pieces, strict=True):
+        axes.fill(np.append(t_low, t_high[::-1]), np.append(below, above[::-1]), **style)
+        style.pop("label", None)  # once is enough for the legend
 
 
 def reach(axes: Any, y: Array, limit: float) -> str:
@@ -78,9 +101,20 @@ def reach(axes: Any, y: Array, limit: float) -> str:
     return f"at most {100 * share:.3g} % of the limit" if share < 1.0 else "at the limit"
 
 
-def strip(axes: Any, row: int, t: Array, names: Sequence[str], colours: dict[str, str]) -> None:
-    """Draw a strip that has a colour for every name; new names get the next colour of the palette."""
-    for start, length, name in spells(t, names):
+def strip(
+    axes: Any, row: int, t: Array, names: Sequence[str], colours: dict[str, str], holds: bool = False
+) -> None:
+    """Draw a strip that has a colour for every name; new names get the next colour of the palette.
+
+    Args:
+        axes: Where to draw.
+        row: Which strip from above.
+        t: Instants of the messages [s], (k,).
+        names: What they say, k.
+        colours: By name; more come in.
+        holds: Of messages that tell of changes only; else the strip is blank where the topic was silent.
+    """
+    for start, length, name in spells(t, names, holds):
         colour = colours.setdefault(name, KNOWN.get(name, PALETTE[len(colours) % len(PALETTE)]))
         axes.broken_barh([(start, length)], (row - 0.4, 0.8), facecolors=colour, linewidth=0)
 

@@ -1,6 +1,7 @@
 """The messages of a bag as series over time.
 
-Time is that of the headers, from the first message of the run on [s]. Lines of many points are thinned to the
+Time is that of the headers, from the first message of the run on [s]; that of arrival where there is none, or
+a stamp of zero: who has not heard the run's clock yet has no other. Lines of many points are thinned to the
 extremes of short stretches, so that no peak is lost and a page stays small.
 """
 
@@ -8,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.bag_plots.silence import gaps, usual_step
 from flexarm_bringup.bags.bag_reader import Bag, decode, stamp_of
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.cdr import NS_PER_S
@@ -24,6 +27,15 @@ from flexarm_model.settings.strict_yaml import ConfigError
 Array = NDArray[np.float64]
 STRETCHES = 800  # of a line; two points are kept of each
 ZERO_TOPICS = ("modal_state", "joint_states")  # the first stamp of the first of them is time zero
+NEAR_ZERO_NS = NS_PER_S  # a run that begins before this counts from zero: there a stamp of zero is a time
+
+
+class Arrived(NamedTuple):
+    """A message, when it came [ns], and its stamp [ns]; 0 without a header."""
+
+    msg: Any
+    log_time_ns: int
+    stamp_ns: int
 
 
 class BagSeries:
@@ -38,7 +50,7 @@ class BagSeries:
     def __init__(self, bag: Bag) -> None:
         """Look at a bag that is whole."""
         self.bag = self._bag = bag
-        self._decoded = dict[str, list[Any]]()
+        self._decoded = dict[str, list[Arrived]]()
         self.path, self.counts = bag.path, bag.counts
 
     def has(self, topic: str) -> bool:
@@ -53,24 +65,13 @@ class BagSeries:
         return [name] if self.counts.get(name) else []
 
     def messages(self, topic: str) -> list[Any]:
-        """Return the messages of a relative or absolute topic, in order of their stamps; maybe none."""
-        (name, *_) = self.topics(topic) or [topic]
-        if name not in self._decoded:
-            found = [decode(record) for record in self._bag.records if record.name == name]
-            if found and hasattr(found[0], "header"):
-                found.sort(key=stamp_of)
-            self._decoded[name] = found
-        return self._decoded[name]
+        """Return the messages of a relative or absolute topic, in order of their times; maybe none."""
+        return [arrived.msg for arrived in sorted(self._arrived(topic), key=self._instant_ns)]
 
     def times(self, topic: str) -> Array:
-        """Return the stamps of a topic's messages from time zero on [s], (k,); by arrival without stamps."""
-        found = self.messages(topic)
-        if found and hasattr(found[0], "header"):
-            stamps = [stamp_of(msg) for msg in found]
-        else:
-            name = (self.topics(topic) or [topic])[0]
-            stamps = [r.log_time_ns for r in self._bag.records if r.name == name]
-        return np.array([(stamp - self._zero_ns) / NS_PER_S for stamp in stamps])
+        """Return the times of a topic's messages from time zero on [s], (k,)."""
+        instants = sorted(self._instant_ns(arrived) for arrived in self._arrived(topic))
+        return np.array([(instant - self._zero.stamp_ns) / NS_PER_S for instant in instants])
 
     def column(self, topic: str, value: Callable[[Any], Any]) -> Array:
         """Return a number or a vector of every message, (k, ...); vectors of other lengths become NaN."""
@@ -91,12 +92,33 @@ class BagSeries:
         except (BagError, ConfigError):
             return None
 
+    def _arrived(self, topic: str) -> list[Arrived]:
+        (name, *_) = self.topics(topic) or [topic]
+        if name not in self._decoded:
+            records = [record for record in self._bag.records if record.name == name]
+            found = [(decode(record), record.log_time_ns) for record in records]
+            self._decoded[name] = [
+                Arrived(msg, log_ns, stamp_of(msg) if hasattr(msg, "header") else 0) for msg, log_ns in found
+            ]
+        return self._decoded[name]
+
+    def _instant_ns(self, arrived: Arrived) -> int:
+        """Return the time of a message by the clock of the stamps [ns]."""
+        counts_from_zero = self._zero.stamp_ns < NEAR_ZERO_NS and hasattr(arrived.msg, "header")
+        if arrived.stamp_ns or counts_from_zero:
+            return arrived.stamp_ns
+        return arrived.log_time_ns + self._zero.stamp_ns - self._zero.log_time_ns
+
     @cached_property
-    def _zero_ns(self) -> int:
+    def _zero(self) -> Arrived:
+        """The message that is time zero."""
         for topic in ZERO_TOPICS:
-            if self.has(topic):
-                return stamp_of(self.messages(topic)[0])
-        return min(record.log_time_ns for record in self._bag.records)
+            found = sorted(self._arrived(topic), key=attrgetter("stamp_ns"))
+            stamped = [arrived for arrived in found if arrived.stamp_ns]
+            if stamped:
+                return found[0] if stamped[0].stamp_ns < NEAR_ZERO_NS else stamped[0]
+        first = min(record.log_time_ns for record in self._bag.records)
+        return Arrived(None, first, first)
 
 
 def thin(t: Array, y: Array) -> tuple[Array, Array]:
@@ -119,16 +141,23 @@ def thin(t: Array, y: Array) -> tuple[Array, Array]:
     return t[kept], y[kept]
 
 
-def spells(t: Array, values: Sequence[Any]) -> list[tuple[float, float, Any]]:
-    """Return from when to when [s] a value that jumps stayed the same: (start, length, value) each."""
+def spells(t: Array, values: Sequence[Any], holds: bool = False) -> list[tuple[float, float, Any]]:
+    """Return from when to when [s] a value that jumps stayed the same: (start, length, value) each.
+
+    Args:
+        t: Instants of the messages, sorted [s], (k,).
+        values: What they say, k.
+        holds: Whether what was said holds until the next message, however late; else a spell ends a step
+            after the last message before a silence.
+    """
     found: list[tuple[float, float, Any]] = []
-    step = float(np.median(np.diff(t))) if t.size > 1 else 0.0
+    step, is_last = usual_step(t), np.zeros(t.size, bool) if holds else gaps(t)
+    ends = np.where(is_last, t + step, np.append(t[1:], t[-1:] + step))
     for i, value in enumerate(values):
-        end = float(t[i + 1]) if i + 1 < t.size else float(t[i]) + step
-        if found and found[-1][2] == value:
-            found[-1] = (found[-1][0], end - found[-1][0], value)
+        if found and found[-1][2] == value and not is_last[i - 1]:
+            found[-1] = (found[-1][0], float(ends[i]) - found[-1][0], value)
         else:
-            found.append((float(t[i]), end - float(t[i]), value))
+            found.append((float(t[i]), float(ends[i] - t[i]), value))
     return found
 
 
