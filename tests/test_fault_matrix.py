@@ -17,6 +17,7 @@ from flexarm_bringup.fault_drill.drill import (
     ESTIMATOR_ROWS,
     FAMILIES,
     MACHINES,
+    RowResult,
     play_row,
     stand_of,
 )
@@ -24,7 +25,7 @@ from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.payload import take_over
 from flexarm_bringup.fault_drill.sample_rows import ROWS as SAMPLE_ROWS
 from flexarm_bringup.fault_drill.stand import Skipped
-from flexarm_bringup.faults import chosen_rows
+from flexarm_bringup.faults import build_page, chosen_rows
 from flexarm_bringup.sim.plant import Plant
 from flexarm_model.tree.sensors import output_names
 
@@ -178,6 +179,26 @@ def test_the_seed_reaches_the_stand_and_the_page(
     assert "Seed 3" in capsys.readouterr().out
     assert main([*play, "--seed", "4"]) == 1
     stand_of.cache_clear()
+
+
+def test_a_row_that_is_played_in_one_process_and_with_nodes_makes_two_checks_that_are_told_apart() -> None:
+    kept = (Finding("tip RMS / e0", 1.0, 1.5),)
+    played = [("estimator", 1), ("estimator", 2), ("system", 1), ("controller", 34)]
+    results = [RowResult("single_link", family, number, kept) for family, number in played]
+    results.append(RowResult("single_link", "system", 4, (), "no such sensor"))
+    page = build_page(("estimator", "controller", "system"), ["single_link"], results)
+    names = [check.name for check in page.checks]
+    assert names[0] == "single_link, row 1 L: strain off for 2 s"
+    assert names[2] == "single_link, row 1 N: strain off for 2 s"
+    assert len(set(names)) == len(names) == 4
+    assert page.lead.startswith("4 checks on 3 rows of the fault matrix, single_link;")
+    (table,) = page.items
+    assert table.notes == ["row 4 N skipped: no such sensor"]
+
+
+def test_no_two_rows_of_a_kind_have_one_number() -> None:
+    told = [(number, row.kind) for family in FAMILIES.values() for number, row in family.rows.items()]
+    assert len(set(told)) == len(told)
 
 
 def test_an_unknown_machine_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -124,7 +124,7 @@ def build_page(
     """Return everything the drill has to say."""
     return Page(
         title=f"flexarm faults: {' and '.join(families)} under faults, measured against bound",
-        lead=f"{_count(results)} on {' and '.join(machines)}; e0 is the RMS tip error of the same run "
+        lead=f"{_count(results)}, {' and '.join(machines)}; e0 is the RMS tip error of the same run "
         f"without the fault. Seed {seed}.",
         items=[_table(machine, [r for r in results if r.machine == machine]) for machine in machines],
         checks=[_check(result) for result in results if not result.skipped],
@@ -157,7 +157,7 @@ def _table(machine: str, results: Sequence[RowResult]) -> Table:
     for result in sorted(results, key=lambda result: result.number):
         fault, kind = result.row.fault, result.row.kind
         if result.skipped:
-            notes.append(f"row {result.number} skipped: {result.skipped}")
+            notes.append(f"row {result.number} {kind} skipped: {result.skipped}")
         for finding in result.findings:
             verdict = "ok" if finding.passed else "MISSED"
             rows.append(
@@ -170,9 +170,13 @@ def _table(machine: str, results: Sequence[RowResult]) -> Table:
 def _check(result: RowResult) -> Check:
     row, kept = result.row, sum(finding.passed for finding in result.findings)
     found = f"{kept} of {len(result.findings)} bounds kept"
-    return Check(f"{result.machine}, row {row.number}: {row.fault}", row.expected, found, result.passed)
+    name = f"{result.machine}, row {row.number} {row.kind}: {row.fault}"
+    return Check(name, row.expected, found, result.passed)
 
 
 def _count(results: Sequence[RowResult]) -> str:
-    numbers = {result.number for result in results if not result.skipped}
-    return f"{len(numbers)} row{'s' if len(numbers) != 1 else ''} of the fault matrix"
+    """Return in words how much was measured; a row may be checked in one process and with nodes."""
+    numbers = [result.number for result in results if not result.skipped]
+    checks = f"{len(numbers)} check{'s' if len(numbers) != 1 else ''}"
+    rows = f"{len(set(numbers))} row{'s' if len(set(numbers)) != 1 else ''}"
+    return f"{checks} on {rows} of the fault matrix"
