@@ -94,6 +94,25 @@ def test_a_controller_or_an_estimator_that_has_fallen_silent_is_not_told_as_good
     assert re.search(r"estimate +silent +last said \w+ 7 s ago", shown)
 
 
+def test_columns_stand_below_their_heads_whatever_the_names_are() -> None:
+    name = "forearm_accelerometer_at_the_wrist"
+    sensors = (*FULL.sensors, SensorRow(name, "ok", "", 0.01, 0.5, 0))
+    topics = (*FULL.topics, TopicRow(f"imu/{name}", 200.0, 1e-4, 6e-3, 0.002))
+    for shown in (FULL, replace(FULL, sensors=sensors), replace(FULL, topics=topics)):
+        lines = text(shown).split("\n")
+        for head, rows in (("age ms", shown.sensors), ("jitter ms", shown.heard), ("zeta %", shown.modes)):
+            title = next(line for line in lines if head in line)
+            end = title.index(head) + len(head)
+            below = [next(line for line in lines if line.startswith(f"  {row.name} ")) for row in rows]
+            assert below and all(line[end - 1].isdigit() and line[end] == " " for line in below)
+
+
+def test_a_description_of_another_arm_is_told_below_the_title() -> None:
+    told = "another arm runs: 'single_link', config 12, not my.yaml: 'my', config 34"
+    assert text(replace(FULL, foreign=told)).split("\n")[1] == told
+    assert "another arm" not in text(FULL)
+
+
 @pytest.mark.parametrize("width", [20, 80, 110])
 def test_no_line_is_wider_than_the_terminal_and_colours_add_no_width(width: int) -> None:
     plain, coloured = (paint(draw(FULL), width, has_colour=colour) for colour in (False, True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import pty
 import signal
@@ -14,7 +15,11 @@ import time
 import pytest
 
 from flexarm_bringup.monitor.screen import LEAVE
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
 from flexarm_model.settings.diagnosis import Level, Verdict
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.ros
 
@@ -142,3 +147,32 @@ def test_what_a_frozen_estimator_has_said_last_is_not_shown_as_of_now(
     assert old.estimate is not None and not old.sensors and len(fresh.sensors) == 1
     (verdict,) = old.troubles()
     assert verdict.level == Level.STALE and verdict.text.startswith("said nothing for 7 s; last: ok")
+
+
+def test_who_names_the_file_of_another_arm_is_told_so(
+    ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for key, value in ros_environment.items():
+        monkeypatch.setenv(key, value)
+    from rclpy.serialization import serialize_message
+
+    from flexarm_bringup.monitor.monitor_node import MonitorNode
+    from flexarm_model.conversions import model_to_msg
+    from flexarm_model.ros.tool_node import in_domain
+
+    tree = ReducedTree(load_config(find_manipulator("single_link")), use_compiler=False)
+    raw = serialize_message(model_to_msg(linearize(tree), 0))
+    told = {}
+    with in_domain():
+        for name in ("", "single_link", "planar_3rrr"):
+            node = MonitorNode(name)
+            try:
+                node._models.add(raw)
+                picture = node.picture()
+                told[name] = picture.foreign, picture.axes[0].limit
+            finally:
+                node.close()
+    assert told[""] == told["single_link"] == ("", 28.0)
+    foreign, limit = told["planar_3rrr"]
+    assert foreign.startswith("another arm runs: 'single_link', config ") and "'planar_3rrr'" in foreign
+    assert limit == math.inf

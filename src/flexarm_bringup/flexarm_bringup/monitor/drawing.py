@@ -21,6 +21,7 @@ from flexarm_model.settings.diagnosis import Level
 
 PLAIN, GOOD, POOR, BAD, FAINT, BOLD = "", "32", "33", "31;1", "2", "1"  # ANSI select graphic rendition
 BAR = 24  # characters
+NAME = 20  # characters of the column of names, at least
 MM, MS = 1e3, 1e3
 MOST_TROUBLES = 6
 _COLOUR = {"ok": GOOD, "armed": GOOD, "mpc": GOOD, "lqr": GOOD, "pd": GOOD, "nmpc": GOOD, "inactive": POOR}
@@ -37,6 +38,7 @@ class Span(NamedTuple):
 
 
 Line = list[Span]
+Row = tuple[str, Line]  # the name, and what stands behind it
 
 
 def draw(picture: Picture) -> list[Line]:
@@ -71,7 +73,8 @@ def number(value: float, form: str) -> str:
 def _head(picture: Picture) -> list[Line]:
     model = f"model {picture.model_id or 'not served yet'}"
     title = Span(f"flexarm  {picture.title or 'nothing heard yet'}", BOLD)
-    return [[title, Span(f"   {model}   domain {picture.domain}", FAINT)]]
+    head = [title, Span(f"   {model}   domain {picture.domain}", FAINT)]
+    return [head, [Span(picture.foreign, BAD)]] if picture.foreign else [head]
 
 
 def _states(picture: Picture) -> list[Line]:
@@ -119,57 +122,56 @@ def _tip(picture: Picture) -> list[Line]:
 
 
 def _modes(picture: Picture) -> list[Line]:
-    lines = [_title("modes", f"{'Hz':>8} {'zeta %':>7} {'at the tip, mm':>15} {'± sigma':>9}")]
-    return [*lines, *map(_mode, picture.modes)] if picture.modes else []
+    heads = f"{'Hz':>8} {'zeta %':>7} {'at the tip, mm':>15} {'± sigma':>9}"
+    return _table(picture, "modes", heads, map(_mode, picture.modes))
 
 
-def _mode(row: ModeRow) -> Line:
+def _mode(row: ModeRow) -> Row:
     figures = f"{row.f_hz:8.3f} {100 * row.zeta:7.2f} {number(MM * row.at_tip, '+15.4f')}"
-    text = f"  {row.name:20} {figures} {number(MM * row.sigma, '9.4f')}  "
-    return [Span(text), Span(bar(row.at_tip, row.largest))]
+    figures += f" {number(MM * row.sigma, '9.4f')}  "
+    return row.name, [Span(figures), Span(bar(row.at_tip, row.largest))]
 
 
 def _axes(picture: Picture) -> list[Line]:
-    lines = [_title("axes", f"{'position':>12} {'error':>10}      {'torque':>9} {'':{BAR + 1}} limit")]
-    return [*lines, *map(_axis, picture.axes)] if picture.axes else []
+    heads = f"{'position':>12} {'error':>10}      {'torque':>9} {'':{BAR + 1}} limit"
+    return _table(picture, "axes", heads, map(_axis, picture.axes))
 
 
-def _axis(row: AxisRow) -> Line:
+def _axis(row: AxisRow) -> Row:
     length, small, force = ("m", "mm", "N") if row.is_linear else ("rad", "mrad", "N m")
     position, error = number(row.position, "+8.4f"), number(1e3 * row.error, "+8.3f")
-    text = f"  {row.name:20} {position} {length:3} {error} {small:4}"
+    figures = f"{position} {length:3} {error} {small:4}"
     share = abs(row.effort) / row.limit
     colour = BAD if share >= 1.0 else POOR if share > 0.9 else GOOD
     limit = f"{row.limit:.4g} {force}" if math.isfinite(row.limit) else f"not known, {force}"
-    return [
-        Span(f"{text} {number(row.effort, '+9.3f')} "),
+    return row.name, [
+        Span(f"{figures} {number(row.effort, '+9.3f')} "),
         Span(bar(row.effort, row.limit), colour),
         Span(f" {limit}", FAINT),
     ]
 
 
 def _sensors(picture: Picture) -> list[Line]:
-    lines = [_title("sensors", f"{'':9}{'age ms':>7} {'innovation':>11} {'rejected':>9}")]
-    return [*lines, *map(_sensor, picture.sensors)] if picture.sensors else []
+    heads = f"{'':9}{'age ms':>7} {'innovation':>11} {'rejected':>9}"
+    return _table(picture, "sensors", heads, map(_sensor, picture.sensors))
 
 
-def _sensor(row: SensorRow) -> Line:
+def _sensor(row: SensorRow) -> Row:
     status = Span(f"{row.status:9}", _COLOUR.get(row.status, PLAIN))
     figures = f"{number(MS * row.age, '7.0f')} {number(row.innovation, '11.2f')} {row.rejected:9d}  "
-    return [Span(f"  {row.name:20} "), status, Span(figures), Span(row.reason, POOR)]
+    return row.name, [status, Span(figures), Span(row.reason, POOR)]
 
 
 def _topics(picture: Picture) -> list[Line]:
-    lines = [_title("topics", f"{'Hz':>9} {'jitter ms':>10} {'longest ms':>11}")]
-    heard = [row for row in picture.topics if math.isfinite(row.age)]
-    return [*lines, *map(_topic, heard)] if heard else []
+    heads = f"{'Hz':>9} {'jitter ms':>10} {'longest ms':>11}"
+    return _table(picture, "topics", heads, map(_topic, picture.heard))
 
 
-def _topic(row: TopicRow) -> Line:
+def _topic(row: TopicRow) -> Row:
     jitter, longest = number(MS * row.jitter, "10.2f"), number(MS * row.longest, "11.2f")
     figures = f"{number(row.rate_hz, '9.2f')} {jitter} {longest}"
     silent = f"  silent for {row.age:.0f} s" if row.age > SILENT else ""
-    return [Span(f"  {row.name:20} {figures}"), Span(silent, POOR)]
+    return row.name, [Span(figures), Span(silent, POOR)]
 
 
 def _troubles(picture: Picture) -> list[Line]:
@@ -178,15 +180,25 @@ def _troubles(picture: Picture) -> list[Line]:
         return []
     if not troubles:
         return [[Span("diagnostics "), Span(f"all {len(picture.verdicts)} ok", GOOD)]]
-    lines = [_title("diagnostics", f"  {len(troubles)} of {len(picture.verdicts)} are not ok")]
+    told = f"  {len(troubles)} of {len(picture.verdicts)} are not ok"
+    lines = [[Span(f"{'diagnostics':{_room(picture)}}", BOLD), Span(told, FAINT)]]
     for verdict in troubles[:MOST_TROUBLES]:
         level = Span(f"{verdict.level.name:6}", _OF_LEVEL[verdict.level])
         lines.append([Span("  "), level, Span(f"{verdict.subject}: {verdict.text}")])
     return lines
 
 
-def _title(name: str, heads: str) -> Line:
-    return [Span(f"{name:23}", BOLD), Span(heads, FAINT)]
+def _table(picture: Picture, title: str, heads: str, rows: Iterable[Row]) -> list[Line]:
+    """Return a title and one line per row, with names in a column that all tables share; nothing without."""
+    room = _room(picture)
+    lines = [[Span(f"  {name}".ljust(room)), *spans] for name, spans in rows]
+    return [[Span(f"{title:{room}}", BOLD), Span(heads, FAINT)], *lines] if lines else []
+
+
+def _room(picture: Picture) -> int:
+    """Return the width of the column of names: a margin, the longest name and a space."""
+    tables = (picture.modes, picture.axes, picture.sensors, picture.heard)
+    return max([NAME, *(len(row.name) for table in tables for row in table)]) + 3
 
 
 def _painted(line: Sequence[Span], width: int, has_colour: bool) -> str:

@@ -22,7 +22,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
 from flexarm_bringup.conversions import deserialise
-from flexarm_bringup.described import described
+from flexarm_bringup.described import described, foreign_description
 from flexarm_bringup.message_class import message_class
 from flexarm_bringup.monitor.arrivals import Arrivals, newest_common
 from flexarm_bringup.monitor.conversions import (
@@ -61,7 +61,7 @@ class MonitorNode(Node):  # type: ignore[misc]
         self._manipulator = manipulator
         self._arrivals: dict[str, Arrivals] = {}
         self._models = ModelBook(lambda raw: model_from_msg(deserialize_message(raw, ReducedModelMsg)))
-        self._config: tuple[str, ManipulatorConfig | None] = ("", None)
+        self._config: tuple[str, ManipulatorConfig | None, str] = ("", None, "")
         self._verdicts: dict[str, tuple[float, Verdict]] = {}
         self._largest: dict[str, float] = {}
         self._looked = -LOOK_PERIOD
@@ -93,7 +93,7 @@ class MonitorNode(Node):  # type: ignore[misc]
         model = self._models.find(state.model_id if state is not None else "")
         known: dict[str, Any] = {"domain": str(self.context.get_domain_id())}
         if model is not None:
-            config = self._description(model)
+            config, known["foreign"] = self._description(model)
             known["model_id"] = model.model_id
             known["title"] = f"{model.manipulator} {config.preset if config else ''}".strip()
             now_told = state if self._is_recent("modal_state", now) else None
@@ -155,11 +155,13 @@ class MonitorNode(Node):  # type: ignore[misc]
             pair = _read("end_effector", raws[0] or b""), _read("truth", raws[1] or b"")
         return tip_of(told, pair, goal.distance if goal is not None else UNKNOWN)
 
-    def _description(self, model: ReducedModel) -> ManipulatorConfig | None:
+    def _description(self, model: ReducedModel) -> tuple[ManipulatorConfig | None, str]:
+        """Return the description of a model, if it is known, and that the one named is of another arm."""
         if self._config[0] != model.config_id:
-            name = self._manipulator or model.manipulator
-            self._config = model.config_id, described(name, model.config_id)
-        return self._config[1]
+            config = described(self._manipulator or model.manipulator, model.config_id)
+            foreign = foreign_description(self._manipulator, model) if self._manipulator else ""
+            self._config = model.config_id, config, foreign
+        return self._config[1:]
 
     def _note_largest(self, modes: Any) -> None:
         for row in modes:

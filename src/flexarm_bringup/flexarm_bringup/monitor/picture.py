@@ -126,6 +126,7 @@ class Picture:
     Attributes:
         title: Manipulator and preset.
         model_id: Of the served model.
+        foreign: That a description which was named is of another arm; empty when it is not.
         estimate: Status of the estimate and its reason.
         verdicts: Of /diagnostics, by node.
         domain: ROS domain.
@@ -133,6 +134,7 @@ class Picture:
 
     title: str = ""
     model_id: str = ""
+    foreign: str = ""
     domain: str = "0"
     estimate: tuple[str, str] | None = None
     guard: GuardRow | None = None
@@ -149,9 +151,14 @@ class Picture:
         """Whether every node has spoken."""
         return bool(self.model_id) and None not in (self.estimate, self.guard, self.controller, self.tip)
 
+    @property
+    def heard(self) -> tuple[TopicRow, ...]:
+        """The topics that have spoken."""
+        return tuple(row for row in self.topics if math.isfinite(row.age))
+
     def said(self, topic: str) -> float:
         """Return how long ago a topic spoke [s]; zero where that is not known."""
-        return next((row.age for row in self.topics if row.name == topic and math.isfinite(row.age)), 0.0)
+        return next((row.age for row in self.heard if row.name == topic), 0.0)
 
     def troubles(self) -> list[Verdict]:
         """Return the verdicts that are not OK, the worst first."""
