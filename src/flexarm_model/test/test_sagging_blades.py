@@ -1,4 +1,4 @@
-"""Blades that sag: what leaving out how twist turns bending costs, as one beam and as several welded ones."""
+"""Blades that sag: what shapes of second order leave out, as one beam and as several welded ones."""
 
 from __future__ import annotations
 
@@ -103,5 +103,5 @@ def test_frequencies_of_a_blade_that_sags_come_closer_the_more_beams_it_is(
         errors.append(abs(found / truth - 1).max())
         told = f"{parts} beams: sags {1e3 * sag:.1f} mm, {100 * errors[-1]:.3f} % off"
         print(f"{wide} x {high} mm, {load} kg, {told}")
-    assert 1e-3 < errors[0] < 2.5e-3
-    assert errors[1] < 0.6 * errors[0] and errors[2] < 0.3 * errors[0]
+    assert errors[0] < 1.2e-3
+    assert errors[1] < 0.6 * errors[0] and errors[2] < 0.15 * errors[0]

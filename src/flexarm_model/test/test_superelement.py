@@ -36,8 +36,9 @@ Field = Callable[[Array, Array, Array], Array]
 class Mode:
     """One exact mode: frequency and displacement of the point (x, y, z), (3, ...)."""
 
-    def __init__(self, omega: float, field: Field, slope: Array) -> None:
-        self.omega, self.field, self.slope = omega, field, slope  # slope of uy and uz over X, (2, n_x)
+    def __init__(self, omega: float, field: Field, slope: Array, twist: Array) -> None:
+        self.omega, self.field = omega, field
+        self.slope, self.twist = slope, twist  # of uy and uz, and of the section, over X: (2, n_x), (n_x,)
 
 
 X = np.linspace(0.0, L, 20001)
@@ -57,7 +58,7 @@ def bending(axis: int, I: float) -> list[Mode]:  # noqa: E741
 
         slope = np.zeros((2, X.size))
         slope[axis - 1] = shape(X, 1)
-        found.append(Mode(float(omega), field, slope))
+        found.append(Mode(float(omega), field, slope, ZERO))
     return found
 
 
@@ -75,7 +76,8 @@ def rod(speed: float, inertia: float, mass: float, twist: bool) -> list[Mode]:
             flat = 0 * (x + y + z)
             return np.stack([flat, -z * w, y * w] if twist else [w + flat, flat, flat])
 
-        found.append(Mode(alpha / L * speed, field, np.zeros((2, X.size))))
+        turns = scale * np.sin(alpha * X / L) if twist else ZERO
+        found.append(Mode(alpha / L * speed, field, np.zeros((2, X.size)), turns))
     return found
 
 
@@ -109,11 +111,22 @@ def integrals(modes: list[Mode], signs: Array) -> Integrals:
         sign * mode.field(*points) for sign, mode in zip(signs, modes, strict=True)
     ]
     for i, j in pairs(len(modes)):
-        rate = signs[i] * signs[j] * (modes[i].slope * modes[j].slope).sum(axis=0)
-        shortening = -cumulative_trapezoid(rate, X, initial=0.0)
-        fields.append(np.stack([np.interp(points[0], X, shortening), 0 * dm, 0 * dm]))
+        sign = signs[i] * signs[j]
+        second = sign * np.stack([_shortening(modes[i], modes[j]), *_turned(modes[i], modes[j])])
+        fields.append(np.stack([np.interp(points[0], X, component) for component in second]))
     N_all = np.stack(fields)  # (n_f, 3, k)
     return np.einsum("aik,k->ai", N_all, dm), np.einsum("aik,bjk,k->abij", N_all, N_all, dm, optimize=True)
+
+
+def _shortening(one: Mode, other: Mode) -> Array:
+    return np.asarray(-cumulative_trapezoid((one.slope * other.slope).sum(axis=0), X, initial=0.0))
+
+
+def _turned(one: Mode, other: Mode) -> Array:
+    """Return along y and z what twist makes of bending: ``int int -rx uz''`` and ``int int rx uy''``."""
+    bent = one.twist * np.gradient(other.slope, X, axis=1) + other.twist * np.gradient(one.slope, X, axis=1)
+    twice = cumulative_trapezoid(cumulative_trapezoid(bent, X, initial=0.0), X, initial=0.0)
+    return np.stack([-twice[1], twice[0]])
 
 
 @pytest.fixture(scope="module")

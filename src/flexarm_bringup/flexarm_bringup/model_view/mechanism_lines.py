@@ -144,7 +144,7 @@ def node_transform(shape: NodeShape, eta: Array) -> Array:
     """Return the frame of a node in its body at elastic coordinates (n,), (4, 4)."""
     T = np.eye(4)
     T[:3, 3] = shape.r + shape.Phi @ eta + np.einsum("aij,i,j->a", shape.G, eta, eta) / 2
-    x, y, z = shape.Psi @ eta / 2
+    x, y, z = (shape.Psi @ eta + np.einsum("aij,i,j->a", shape.H, eta, eta) / 2) / 2
     half = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     T[:3, :3] = np.linalg.solve(np.eye(3) - half, np.eye(3) + half)  # Cayley, as in the dynamics
     return T

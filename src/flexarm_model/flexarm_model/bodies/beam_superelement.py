@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.bodies.beam import BeamMesh, section_inertia
+from flexarm_model.bodies.beam_second_order import SecondOrder
 from flexarm_model.bodies.reduction import count_modes_below, craig_bampton, guyan, mode_basis
 from flexarm_model.bodies.superelement import NodeShape, Superelement
 from flexarm_model.manipulator.body_spec import Beam, Reduction
@@ -34,10 +35,11 @@ def reduce_beam(beam: Beam, interfaces: Collection[str], *, second_order: bool =
     rho = at.weight * at.values("density")
     inertia = [rho[k] * section_inertia(beam, piece) for k, piece in enumerate(at.pieces)]
     inertia += [np.full(3, point.inertia) for point in beam.point_masses]  # (k, 3), about x, y, z
-    second = np.sum(inertia, axis=1)[:, None] / 2 - inertia  # int x^2, int y^2, int z^2
+    about = np.sum(inertia, axis=1)[:, None] / 2 - inertia  # int x^2, int y^2, int z^2
     centre = np.concatenate([rho * at.values("area"), [point.mass for point in beam.point_masses]])
-    weight = {"centre": centre, **dict(zip("xyz", second.T, strict=True))}
-    N = _fields(mesh, basis, x, second_order)
+    weight = {"centre": centre, **dict(zip("xyz", about.T, strict=True))}
+    second = SecondOrder(mesh, basis)
+    N = _fields(mesh, basis, x, second if second_order else None)
     s = np.einsum("k,kai->ai", weight["centre"], N["centre"])
     products = [
         np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True)
@@ -48,7 +50,7 @@ def reduce_beam(beam: Beam, interfaces: Collection[str], *, second_order: bool =
     P = np.sum(products, axis=0) if products else np.zeros((n_f, n_f, 3, 3))
     K = np.diag(omega**2)
     D = beam.damping_time * K
-    nodes = {name: _node_shape(mesh, basis, station) for name, station in beam.nodes.items()}
+    nodes = {name: _node_shape(mesh, basis, second, station) for name, station in beam.nodes.items()}
     mass = float(weight["centre"].sum())
     return Superelement(beam.name, mass, s, P, omega, K, D, nodes, beam.damping_ratio, beam.damping_rate)
 
@@ -129,14 +131,15 @@ def _frame_constraints(mesh: BeamMesh) -> NDArray[np.intp]:
     return {"clamped": root, "chord": np.concatenate([root[:4], end[1:3]])}[mesh.beam.reduction.frame]
 
 
-def _fields(mesh: BeamMesh, basis: Array, x: Array, second_order: bool) -> dict[str, Array]:
+def _fields(mesh: BeamMesh, basis: Array, x: Array, of_second_order: SecondOrder | None) -> dict[str, Array]:
     """Return the fields N and their slopes over the section at ``x``, (k, n_f, 3) each."""
     u = mesh.displacement(x) @ basis  # (k, 6, n)
     ux, uy, uz, rx, ry, rz = (u[:, i] for i in range(6))
     zero, one, none = np.zeros_like(rx), np.ones(x.size), np.zeros(x.size)
-    i, j = np.triu_indices(basis.shape[1] if second_order else 0)  # the order of ``pairs``
+    i, j = np.triu_indices(0 if of_second_order is None else basis.shape[1])  # the order of ``pairs``
     flat, second = np.zeros((2, x.size, i.size, 3))
-    second[:, :, 0] = _shortening(mesh, basis, x)[:, i, j]
+    if of_second_order is not None:
+        second[:] = of_second_order.at(x)[0][:, :, i, j].transpose(0, 2, 1)
     centre = np.stack([ux, uy, uz], axis=2)
     along_x = np.stack([zero, rz, -ry], axis=2)
     along_y, along_z = np.stack([-rz, zero, rx], axis=2), np.stack([ry, -rx, zero], axis=2)
@@ -148,28 +151,9 @@ def _fields(mesh: BeamMesh, basis: Array, x: Array, second_order: bool) -> dict[
     }
 
 
-def _shortening(mesh: BeamMesh, basis: Array, x: Array) -> Array:
-    """Return ``-int_0^x (uy_i' uy_j' + uz_i' uz_j') dx``, (k, n, n)."""
-    starts = mesh.nodes[:-1]
-    element = np.clip(np.searchsorted(mesh.nodes, x, side="right") - 1, 0, starts.size - 1)
-    whole = _slope_products(mesh, basis, starts, mesh.nodes[1:])
-    before = np.concatenate([np.zeros_like(whole[:1]), np.cumsum(whole, axis=0)])
-    return -(before[element] + _slope_products(mesh, basis, starts[element], x))
-
-
-def _slope_products(mesh: BeamMesh, basis: Array, start: Array, end: Array) -> Array:
-    """Return the integral of the products of slopes over each interval, (k, n, n)."""
-    point, weight = np.polynomial.legendre.leggauss(3)  # slopes are quadratic: exact to degree 5
-    half, middle = (end - start) / 2, (end + start) / 2
-    slope = mesh.displacement((middle[:, None] + half[:, None] * point).ravel())[:, 4:] @ basis
-    slope = slope.reshape(start.size, point.size, 2, -1)
-    return np.asarray(np.einsum("k,p,kpdi,kpdj->kij", half, weight, slope, slope, optimize=True))
-
-
-def _node_shape(mesh: BeamMesh, basis: Array, station: float) -> NodeShape:
+def _node_shape(mesh: BeamMesh, basis: Array, second: SecondOrder, station: float) -> NodeShape:
     x = np.array([station])
     u = mesh.displacement(x)[0] @ basis
     d = mesh.deformation(x)[0] @ basis
-    G = np.zeros((3, basis.shape[1], basis.shape[1]))
-    G[0] = _shortening(mesh, basis, x)[0]
-    return NodeShape(np.array([station, 0.0, 0.0]), u[:3], u[3:], G, d[[0, 3, 2]])
+    G, H = (part[0] for part in second.at(x))
+    return NodeShape(np.array([station, 0.0, 0.0]), u[:3], u[3:], G, H, d[[0, 3, 2]])

@@ -78,8 +78,8 @@ def _refuse_unknown(body: Body, interfaces: Collection[str]) -> None:
 
 def _reduce_rigid(body: RigidBody, interfaces: Collection[str]) -> Superelement:
     second = np.trace(body.inertia) / 2 * np.eye(3) - body.inertia + body.mass * np.outer(body.com, body.com)
-    none, empty = np.zeros((3, 0)), np.zeros((0, 0))
-    nodes = {name: NodeShape(r, none, none, np.zeros((3, 0, 0)), none) for name, r in body.nodes.items()}
+    none, empty, flat = np.zeros((3, 0)), np.zeros((0, 0)), np.zeros((3, 0, 0))
+    nodes = {name: NodeShape(r, none, none, flat, flat, none) for name, r in body.nodes.items()}
     s = (body.mass * body.com)[None]
     return Superelement(body.name, body.mass, s, second[None, None], np.zeros(0), empty, empty, nodes)
 

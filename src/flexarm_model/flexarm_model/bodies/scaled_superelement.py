@@ -57,5 +57,6 @@ def _scale_node(node: NodeShape, per_mode: float) -> NodeShape:
         Phi=node.Phi * per_mode,
         Psi=node.Psi * per_mode,
         G=node.G * per_mode**2,
+        H=node.H * per_mode**2,
         strain=node.strain * per_mode,
     )

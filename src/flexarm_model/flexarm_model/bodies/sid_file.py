@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -90,10 +91,7 @@ def _read_own(
     n = matrices["Me"].m0.shape[0]
     n_f = own.whole_number("fields", range(n + 1, n + 2 + len(pairs(n))))
     strain = own.array("strain", (len(nodes), 3, n), may_be_unknown=True)
-    nodes = {
-        name: NodeShape(node.r, node.Phi, node.Psi, node.G, strain[k])
-        for k, (name, node) in enumerate(nodes.items())
-    }
+    nodes = {name: replace(node, strain=strain[k]) for k, (name, node) in enumerate(nodes.items())}
     omega, P = own.array("omega", (n,)), own.array("P", (n_f, n_f, 3, 3))
     s, mass, K = sid_integrals(matrices)[0][:n_f], modal.block("refmod").number("mass"), matrices["Ke"].m0
     version, ratio, rate, D = own.number("version"), 0.0, 0.0, matrices["De"].m0
@@ -144,7 +142,7 @@ def _node_matrices(node: NodeShape) -> dict[str, Taylor]:
     return {
         "origin": Taylor(node.r[:, None], node.Phi[:, None]),
         "phi": Taylor(node.Phi, node.G if node.G.any() else None),
-        "psi": Taylor(node.Psi),
+        "psi": Taylor(node.Psi, node.H if node.H.any() else None),
         "AP": Taylor(np.eye(3), turns),
     }
 
@@ -154,11 +152,11 @@ def _read_node(block: Block, n: int) -> NodeShape:
         raise block.error("has no name; expected 'new node = <name>'")
     shapes = {"origin": (3, 1), "phi": (3, n), "psi": (3, n), "AP": (3, 3)}
     given = {name: read_taylor(block.block(name), n, shape) for name, shape in shapes.items()}
-    phi = given["phi"]
+    phi, psi = given["phi"], given["psi"]
     if not np.array_equal(given["AP"].m0, np.eye(3)):
         raise block.error("AP: the node's axes must be those of the body")
-    G = np.zeros((3, n, n)) if phi.m1 is None else phi.m1
-    node = NodeShape(given["origin"].m0[:, 0], phi.m0, given["psi"].m0, G, np.full((3, n), np.nan))
+    G, H = (np.zeros((3, n, n)) if part.m1 is None else part.m1 for part in (phi, psi))
+    node = NodeShape(given["origin"].m0[:, 0], phi.m0, psi.m0, G, H, np.full((3, n), np.nan))
     check_node_said_twice(block, given, _node_matrices(node))
     return node
 

@@ -2,8 +2,9 @@
 
 A material point sits at ``c = N z`` in the body frame, with fields ``N = [r, Phi_i, g_ij]`` and
 ``z = [1; eta_i; eta_i eta_j (1/2 when i = j)]``: reference position, mode shapes, and the second-order
-shortening ``g_ij = -int phi_i' phi_j' dx`` that an inextensible beam needs (geometric stiffening
-[Kane1987]). Only two kinds of volume integral enter the dynamics::
+fields of a beam (``beam_second_order``): along it the shortening ``g_ij = -int phi_i' phi_j' dx`` (geometric
+stiffening [Kane1987]), across it what twist makes of bending. Only two kinds of volume integral enter the
+dynamics::
 
     s_a  = int N_a dm              P_ab = int N_a N_b^T dm
 
@@ -30,13 +31,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class NodeShape:
-    """How a node moves: ``p = r + Phi eta + 1/2 eta' G eta``, rotated by ``Psi eta``.
+    """How a node moves: ``p = r + Phi eta + 1/2 eta' G eta``, rotated by ``Psi eta + 1/2 eta' H eta``.
 
     Attributes:
         r: Reference position [m], (3,).
         Phi: Translation, (3, n).
         Psi: Rotation, (3, n).
         G: Second-order translation, (3, n, n).
+        H: Second-order rotation, (3, n, n).
         strain: Strain at offset (y, z) is ``strain[0] - y strain[1] - z strain[2]``, (3, n); NaN if unknown.
     """
 
@@ -44,6 +46,7 @@ class NodeShape:
     Phi: Array
     Psi: Array
     G: Array
+    H: Array
     strain: Array
 
 

@@ -107,4 +107,5 @@ def _refuse_massless(M: Array, kept: Sequence[str]) -> None:
 def _node_shape(item: Interface, at: Array, modes: Array) -> NodeShape:
     u = item.A @ modes[item.dof]  # (6, n)
     n = modes.shape[1]
-    return NodeShape(at, u[:3], u[3:], np.zeros((3, n, n)), np.full((3, n), np.nan))
+    none = np.zeros((3, n, n))
+    return NodeShape(at, u[:3], u[3:], none, none, np.full((3, n), np.nan))

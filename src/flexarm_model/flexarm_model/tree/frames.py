@@ -85,15 +85,13 @@ def axis_step(axis: str, index: int, q: ca.SX) -> Step:
 def node_step(shape: NodeShape, index: range, q: ca.SX) -> Step:
     """Return the frame of a node of an elastic body whose coordinates are ``q[index]``.
 
-    The rotation is Cayley's map of the rotation vector ``Psi eta``: rational, smooth at zero, and
-    equal to the exponential to second order. The shapes are of first order but for the shortening G: what
-    bending and twist do to each other at second order is left out: up to 2.3e-3 of a frequency of blades of
-    1 m that sag by 13 to 29 mm, less where they are several beams welded together (``test_sagging_blades``).
+    The rotation is Cayley's map of the rotation vector ``Psi eta + 1/2 eta' H eta``: rational, smooth at
+    zero, and equal to the exponential to second order, as far as the shapes go.
     """
     eta = q[index.start : index.stop, 0]
     p = ca.SX(ca.sparsify(ca.DM(shape.r))) + sparse(shape.Phi) @ eta
     p += ca.vertcat(*[eta.T @ sparse(shape.G[i]) @ eta / 2 for i in range(3)])
-    phi = sparse(shape.Psi) @ eta
+    phi = sparse(shape.Psi) @ eta + ca.vertcat(*[eta.T @ sparse(shape.H[i]) @ eta / 2 for i in range(3)])
     e = ca.skew(phi)
     scale = 4 / (4 + ca.dot(phi, phi))
     R = ca.SX.eye(3) + scale * (e + e @ e / 2)
