@@ -20,7 +20,7 @@ from flexarm_bringup.compare_laws.legs import compared_legs
 from flexarm_bringup.compare_laws.page import build_page
 from flexarm_bringup.compare_laws.runs import CompareJob, run_compare_job, with_effort
 from flexarm_bringup.compare_laws.schemes import LQR, MPC, PD, SERVO, WORST, Case, plan_case, sample_motion
-from flexarm_bringup.compare_laws.sweep import SweepPoint, shortest
+from flexarm_bringup.compare_laws.sweep import Sweep, SweepPoint, shortest
 from flexarm_bringup.compare_laws.sweep_page import sweep_tables
 from flexarm_bringup.page.report import Table
 from flexarm_bringup.tasks.course import Leg
@@ -166,7 +166,7 @@ def test_a_bound_is_judged_also_where_it_is_zero_or_the_motion_no_shaper(
 
 def test_a_sweep_that_cannot_be_made_says_why_and_misses_its_bound(case: Case) -> None:
     task = replace(case.task, compare=replace(case.task.compare, slowest=1.2))
-    (table,), (check,) = sweep_tables(replace(case, task=task, legs=(*case.legs, *case.legs)), ([], []))
+    (table,), (check,) = sweep_tables(replace(case, task=task, legs=(*case.legs, *case.legs)), (Sweep(), []))
     assert "several moves" in table.notes[0] and not check.passed and "several moves" in check.found
 
 
@@ -255,7 +255,7 @@ def test_the_time_optimal_motion_arrives_in_time_and_is_damped_where_frequencies
     case: Case, error: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sweep, "FACTORS", (1.0,))
-    point = next(p for p in sweep.sweep_points(case) if p.kind == sweep.LEAST_TORQUE)
+    point = next(p for p in sweep.plan_sweep(case).points if p.kind == sweep.LEAST_TORQUE)
     job = CompareJob(case.task, "geared", np.zeros(1), error, (point.scheme,))
     arrival = point.arrival(run_compare_job(job)[0])
     assert arrival <= (

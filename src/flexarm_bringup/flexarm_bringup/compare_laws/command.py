@@ -27,7 +27,7 @@ from flexarm_bringup.compare_laws.legs import compared_legs
 from flexarm_bringup.compare_laws.page import build_page
 from flexarm_bringup.compare_laws.runs import CompareJob, run_compare_jobs
 from flexarm_bringup.compare_laws.schemes import Case, Scheme, plan_case
-from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, sweep_points
+from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, Sweep, plan_sweep
 from flexarm_bringup.compare_laws.sweep_page import Swept
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import add_report_arguments, publish
@@ -72,17 +72,17 @@ def run(args: argparse.Namespace) -> int:
         task = task_for(args.name)
         progress.say("planning the motions")
         home, cases = _plan(task, args.quick)
-        points = sweep_points(next(iter(cases.values()))) if args.sweep else []
+        sweep = plan_sweep(next(iter(cases.values()))) if args.sweep else Sweep()
         todo = _jobs(task, home, cases, args.quick)
-        fast = [point.scheme for point in points]
-        sweep = [job for error in SWEEP_ERRORS for job in _split(task, task.presets[0], home, error, fast)]
-        results = run_compare_jobs([*todo, *sweep], progress.counted("simulating", "jobs"), args.workers)
+        fast = [point.scheme for point in sweep.points]
+        faster = [job for error in SWEEP_ERRORS for job in _split(task, task.presets[0], home, error, fast)]
+        results = run_compare_jobs([*todo, *faster], progress.counted("simulating", "jobs"), args.workers)
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(f"flexarm compare: {error}", file=sys.stderr)
         return UNUSABLE
     rows = sum(len(job.schemes) for job in todo)
-    swept: Swept | None = (points, results[rows:]) if args.sweep else None
+    swept: Swept | None = (sweep, results[rows:]) if args.sweep else None
     case = next(iter(cases.values()))
     config = load_config(find_manipulator(task.manipulator), task.presets[0])
     errors = tuple(sorted(QUICK_ERRORS))

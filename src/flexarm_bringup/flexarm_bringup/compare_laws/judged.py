@@ -32,7 +32,8 @@ class LegFigures:
     Attributes:
         residual: RMS of the signal in the window after it [m/s^2].
         settling: From its end until the tip stays in the ball about its goal [s]; inf for never.
-        moving: From when the tip left the ball about its start until then [s].
+        moving: From when the tip left the ball about its start until then [s]; None when it was not in it
+            before the move.
         rest_error: Distance from its goal of where the tip is on average in the last part of the window [m].
         peak_torque: Largest torque over the described limit [1].
         peak_strain: Largest strain at a gauge [1].
@@ -40,7 +41,7 @@ class LegFigures:
 
     residual: float
     settling: float
-    moving: float
+    moving: float | None
     rest_error: float
     peak_torque: float
     peak_strain: float
@@ -87,9 +88,12 @@ class CompareResult:
         return max(leg.settling for leg in self.legs) if self.has_ended else np.inf
 
     @property
-    def moving(self) -> float:
-        """Longest time from leaving a start to staying at a goal [s]; inf for never."""
-        return max(leg.moving for leg in self.legs) if self.has_ended else np.inf
+    def moving(self) -> float | None:
+        """Longest time from leaving a start to staying at a goal [s]; inf for never, None for not known."""
+        known = [leg.moving for leg in self.legs if leg.moving is not None]
+        if not self.has_ended:
+            return np.inf
+        return max(known) if len(known) == len(self.legs) else None
 
     @property
     def rest_error(self) -> float:
@@ -156,16 +160,31 @@ def judge_leg(record: TrueRecord, leg: Leg, task: Task, start: Array, goal: Arra
     last = max(int(LAST_PART * inside.sum()), 1)
     off = np.linalg.norm(record.tip - goal, axis=1)
     settling = settling_time(t[slot], off[slot], leg.end, watch.tolerance)
-    at_start = np.linalg.norm(record.tip[slot] - start, axis=1) <= watch.tolerance
-    left = float(t[slot][np.argmin(at_start)])  # first tick outside
+    begun = slot & (t <= leg.end + slack)
+    left = _leaving(t[begun], np.linalg.norm(record.tip[begun] - start, axis=1), watch.tolerance)
     return LegFigures(
         rms(np.linalg.norm(vibration(record, task)[inside], axis=1)),
         settling,
-        leg.end + settling - left,
+        None if left is None else leg.end + settling - left,
         float(np.linalg.norm(record.tip[inside][-last:].mean(axis=0) - goal)),
         float(abs(record.load[slot]).max()),
         float(abs(record.strain[slot]).max(initial=0.0)),
     )
+
+
+def _leaving(t: Array, away: Array, tolerance: float) -> float | None:
+    """Return the first instant of the way out: after the last tick in the ball before the farthest one [s].
+
+    None when it was not in the ball before, still ringing from another move, say. A lap ends where it began,
+    so that only what is before the farthest tick counts.
+
+    Args:
+        t: Until the end of the motion [s], (k,).
+        away: Distance of the tip from its start [m], (k,).
+        tolerance: Radius of the ball [m].
+    """
+    inside = np.flatnonzero(away[: int(np.argmax(away)) + 1] <= tolerance)
+    return float(t[min(inside[-1] + 1, t.size - 1)]) if inside.size else None
 
 
 def vibration(record: TrueRecord, task: Task) -> Array:

@@ -7,13 +7,14 @@ takes longer than the move, or that the arm could not follow, is left out with t
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from flexarm_bringup.compare_laws.least_torque import least_torque
 from flexarm_bringup.compare_laws.legs import ComparedLeg
 from flexarm_bringup.tip_vibration import Watch
-from flexarm_controller.open_loop.axis_motion import Motion, PacedMotion, SampledMotion, ShapedMotion
+from flexarm_controller.open_loop.axis_motion import Motion, PacedMotion, ShapedMotion
 from flexarm_controller.open_loop.best_trapezoid import best_trapezoid
 from flexarm_controller.open_loop.rest_to_rest import RestToRest, TorquePlan, fastest
 from flexarm_controller.open_loop.vibration_left import VibrationLeft, Window
@@ -26,7 +27,7 @@ SHAPERS: dict[str, Callable[[float, float], Shaper]] = {
 }  # fmt: skip
 ROBUST = (0.9, 1.0, 1.1)  # factors on all frequencies that a robust choice looks at
 SECOND_MODE = 0.05  # share of what the worst profile leaves from which on a second mode is shaped
-FOLLOWED = 0.999  # of the velocity limits
+LEAST_TORQUE = "least torque (LP)"
 APART = 1.02  # ratio of two frequencies that one shaper does not serve both
 
 
@@ -69,21 +70,11 @@ def plan_motions(leg: ComparedLeg, watch: Watch, is_quick: bool) -> LegMotions:
     periods = int(given.duration / leg.dt + 1e-6)
     optimum = fastest(problem, periods) if leg.goes_somewhere else None
     if optimum is not None and not is_quick:
-        least = to_be_followed(leg).solve(periods)
-        motions |= {} if least is None else {"least torque (LP)": of_plan(leg, least)}
+        try:
+            motions[LEAST_TORQUE] = least_torque(leg, periods)
+        except ValueError as error:
+            left_out[LEAST_TORQUE] = str(error)
     return LegMotions(motions, left_out, optimum)
-
-
-def to_be_followed(leg: ComparedLeg) -> RestToRest:
-    """Return the problem whose plan is to be a reference: between two periods it is a little faster."""
-    slower = replace(leg.limits, velocity=FOLLOWED * leg.limits.velocity)
-    return RestToRest(leg.middle, slower, leg.start, leg.goal, leg.dt)
-
-
-def of_plan(leg: ComparedLeg, plan: TorquePlan) -> SampledMotion:
-    """Return how the axes move under a plan of torques."""
-    n, m = leg.model.n, leg.model.n_theta
-    return SampledMotion(plan.dt, plan.x[:, :m], plan.x[:, n : n + m])
 
 
 def robust_choice(leg: ComparedLeg, watch: Watch, motions: dict[str, Motion]) -> str:

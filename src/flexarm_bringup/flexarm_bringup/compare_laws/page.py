@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
@@ -10,8 +9,9 @@ from flexarm_bringup.compare_laws.against_shapers import rivalries
 from flexarm_bringup.compare_laws.at_rest import AtRest
 from flexarm_bringup.compare_laws.checks import all_checks, base_of
 from flexarm_bringup.compare_laws.judged import CompareResult
+from flexarm_bringup.compare_laws.plain_rows import plain_row
 from flexarm_bringup.compare_laws.schemes import LAW_NAMES, SCARCE, Case
-from flexarm_bringup.compare_laws.sweep_page import Swept, sweep_tables
+from flexarm_bringup.compare_laws.sweep_page import Swept, sweep_rows, sweep_tables
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Column, Page, Table
 from flexarm_bringup.residual import decibels
@@ -62,7 +62,12 @@ def build_page(
         items=[*tables, *swept_tables, _bounds(case), *figures],
         checks=[*all_checks(task, results), *sweep_checks],
         remarks={"read it so": [*_CAVEATS, *other_law(task, presets)]},
-        data={"rows": [_plain(r, base) for r in results], "base_m_s2": base, "shaped_reference": case.chosen},
+        data={
+            "rows": [plain_row(r, base) for r in results],
+            "sweep": sweep_rows(swept, base) if swept else [],
+            "base_m_s2": base,
+            "shaped_reference": case.chosen,
+        },
     )
 
 
@@ -72,7 +77,7 @@ _CAVEATS = (
     "settles: after the end of the motion, the tip stays in the ball about where the real arm rests with its "
     "axes at the goal; 'never': not within the window",
     "moves for: from leaving the ball about the start to staying in the ball about the goal; laws with "
-    "preview leave early",
+    "preview leave early; no figure where the tip was not in that ball before a move",
     "the time-optimal bound is that of the served model half-way, from rest to rest, in whole periods",
 )
 
@@ -214,19 +219,3 @@ def _bounds(case: Case) -> Table:
 
 def _title(title: str, preset: str) -> str:
     return f"{title}, preset {preset}" if preset else title
-
-
-def _plain(result: CompareResult, base: float) -> dict[str, Cell]:
-    def finite(value: float | None) -> float | None:
-        """Return a value that JSON can hold."""
-        return value if value is not None and math.isfinite(value) else None
-
-    return {
-        "preset": result.preset, "law": result.law, "motion": result.motion,
-        "scarce_torque": result.is_scarce,
-        "frequency_error": result.frequency_error, "residual_m_s2": finite(result.residual),
-        "db": finite(decibels(result.residual, base)) if result.has_ended else None,
-        "settling_s": finite(result.settling), "moving_s": finite(result.moving),
-        "rest_error_m": finite(result.rest_error), "peak_torque": finite(result.peak_torque),
-        "peak_strain": finite(result.peak_strain), "stopped": result.stopped,
-    }  # fmt: skip

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.compare_laws.legs import ComparedLeg
 from flexarm_bringup.compare_laws.open_loop_motions import LegMotions, plan_motions, robust_choice
+from flexarm_bringup.compare_laws.sampled import sample_motion
 from flexarm_bringup.tasks.course import Leg, lay_out
 from flexarm_bringup.tasks.task import Task
-from flexarm_bringup.tasks.task_moves import AxisMotion
 from flexarm_controller.open_loop.axis_motion import Motion
 from flexarm_controller.reference import Reference
 
@@ -120,11 +120,3 @@ class Case:
 def plan_case(task: Task, legs: tuple[ComparedLeg, ...], is_quick: bool) -> Case:
     """Plan the open-loop motions of every move; quick: without second modes and least torque."""
     return Case(task, legs, {leg.name: plan_motions(leg, task.watch, is_quick) for leg in legs})
-
-
-def sample_motion(motion: Motion, dt: float) -> AxisMotion:
-    """Return a motion by its samples about every ``dt`` [s]; it ends at rest."""
-    t = np.append(np.arange(0.0, motion.duration - dt / 2, dt), motion.duration)
-    theta, theta_dot, theta_ddot = motion.sample(t)
-    theta_dot[-1] = theta_ddot[-1] = 0.0
-    return AxisMotion(t, theta, theta_dot, theta_ddot)

@@ -10,20 +10,19 @@ before the motion starts). The physical limit is the linear program's time-optim
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from flexarm_bringup.compare_laws.judged import CompareResult
-from flexarm_bringup.compare_laws.open_loop_motions import of_plan
+from flexarm_bringup.compare_laws.least_torque import least_torque
+from flexarm_bringup.compare_laws.open_loop_motions import LEAST_TORQUE
 from flexarm_bringup.compare_laws.schemes import MPC, WORST, Case, Scheme
 from flexarm_controller.open_loop.axis_motion import Motion
-from flexarm_controller.open_loop.rest_to_rest import RestToRest
 
 FACTORS = (0.6, 0.8, 1.0, 1.05, 1.1, 1.2, 1.3, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0)  # of the time-optimal duration
 SWEEP_ERRORS = (0.0, -0.10, 0.10)  # of all frequencies
-LEAST_TORQUE = "least torque (LP)"
 
 
 @dataclass(frozen=True)
@@ -34,18 +33,39 @@ class SweepPoint:
         kind: Of the motion.
         scheme: What is run.
         duration: Of the motion [s].
+        is_within: Whether the motion keeps the limits of the arm: MPC is not to be stopped on it.
     """
 
     kind: str
     scheme: Scheme
     duration: float
+    is_within: bool = False
 
     def arrival(self, result: CompareResult) -> float:
-        """Return the time the arm took [s]; inf when it never settled."""
-        return max(self.duration, self.duration + result.settling, result.moving)
+        """Return the time the arm took [s]; inf when it never settled, or nobody can tell when it left."""
+        moving = np.inf if result.moving is None else result.moving
+        return max(self.duration, self.duration + result.settling, moving)
 
 
-def sweep_points(case: Case) -> list[SweepPoint]:
+@dataclass(frozen=True)
+class Sweep:
+    """What is run, and what is not.
+
+    Attributes:
+        points: Everything that is run.
+        left_out: Why a motion is missing, by its name.
+    """
+
+    points: Sequence[SweepPoint] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
+
+    def by_error(self, results: Sequence[CompareResult]) -> list[Sequence[CompareResult]]:
+        """Return the results of all points, one list per frequency error."""
+        n = len(self.points)
+        return [results[i * n : (i + 1) * n] for i in range(len(SWEEP_ERRORS))]
+
+
+def plan_sweep(case: Case) -> Sweep:
     """Return MPC on the worst profile and on least torque, in multiples of the time-optimal duration.
 
     Empty when there is more than one move, or no way to go.
@@ -53,26 +73,30 @@ def sweep_points(case: Case) -> list[SweepPoint]:
     leg = case.legs[0]
     optimum = case.planned[leg.name].optimum
     if optimum is None or len(case.legs) > 1:
-        return []
-    durations = leg.dt * np.unique([round(factor * len(optimum.tau)) for factor in FACTORS])
-    kinds: list[tuple[str, Motion, float]] = [
-        (WORST, leg.given.stretched(float(T)), float(T)) for T in durations
-    ]
-    problem = RestToRest(leg.middle, leg.limits, leg.start, leg.goal, leg.dt)
-    plans = [problem.solve(round(T / leg.dt)) for T in durations]
-    least = [of_plan(leg, plan) for plan in plans if plan is not None]
-    kinds += [(LEAST_TORQUE, motion, motion.duration) for motion in least]
-    return [_point(case, *kind) for kind in kinds]
+        return Sweep()
+    fewest = len(optimum.tau)
+    counts = sorted({round(factor * fewest) for factor in FACTORS})
+    points, left_out = [], {}
+    for periods in counts:
+        motion = leg.given.stretched(periods * leg.dt)
+        points.append(_point(case, WORST, motion, leg.is_allowed(motion)))
+    for periods in counts:
+        if periods < fewest:  # there is none by definition
+            continue
+        try:
+            points.append(_point(case, LEAST_TORQUE, least_torque(leg, periods), True))
+        except ValueError as error:
+            left_out[_name(LEAST_TORQUE, periods * leg.dt)] = str(error)
+    return Sweep(tuple(points), left_out)
 
 
-def _point(case: Case, kind: str, motion: Motion, T: float) -> SweepPoint:
-    return SweepPoint(kind, case.scheme(MPC, f"{kind}, {T:.3f} s", {case.legs[0].name: motion}), T)
+def _point(case: Case, kind: str, motion: Motion, is_within: bool) -> SweepPoint:
+    scheme = case.scheme(MPC, _name(kind, motion.duration), {case.legs[0].name: motion})
+    return SweepPoint(kind, scheme, motion.duration, is_within)
 
 
-def by_error(points: Sequence[SweepPoint], results: Sequence[CompareResult]) -> list[list[CompareResult]]:
-    """Return the results of a sweep, one list per frequency error."""
-    n = len(points)
-    return [list(results[i * n : (i + 1) * n]) for i in range(len(SWEEP_ERRORS))]
+def _name(kind: str, duration: float) -> str:
+    return f"{kind}, {duration:.3f} s"
 
 
 def shortest(points: Sequence[SweepPoint], results: Sequence[CompareResult]) -> tuple[SweepPoint, float]:
