@@ -123,6 +123,13 @@ def test_a_tip_that_wobbles_before_its_move_sets_out_with_the_move() -> None:
     tip[:, 1] = np.where(t < 0.7, 1e-3, 0.0)  # and not in the ball at all before
     figures = judge_leg(TrueRecord(t, tip, none, none, none), Leg("out", 0.5, 1.5), task, np.zeros(3), goal)
     assert figures.moving is None
+    swing = np.where(t < 0.7, 2e-3 * np.cos(2 * np.pi * 5.0 * t), 0.0)  # through the ball, 16 ms each time
+    tip[:, 1] = swing
+    figures = judge_leg(TrueRecord(t, tip, none, none, none), Leg("out", 0.5, 1.5), task, np.zeros(3), goal)
+    assert figures.moving is None
+    tip[:, 1] = np.where(t > 0.3, swing, 0.0)  # a law that winds up has set out
+    figures = judge_leg(TrueRecord(t, tip, none, none, none), Leg("out", 0.5, 1.5), task, np.zeros(3), goal)
+    assert figures.moving == pytest.approx(1.2, abs=0.02)
     lap = np.stack([0.1 * np.sin(np.pi * np.clip(t - 0.5, 0.0, 1.0)), 0 * t, 0 * t], axis=1)
     start = np.zeros(3)
     figures = judge_leg(TrueRecord(t, lap, none, none, none), Leg("lap", 0.5, 1.5), task, start, start)

@@ -23,6 +23,7 @@ from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tip_vibration import LAST_PART, NYQUIST_SHARE, ORDER, tip_acceleration
 
 Array = NDArray[np.float64]
+STAY = 0.05  # s in the ball about the start, from which on the tip counts as being there
 
 
 @dataclass(frozen=True)
@@ -160,7 +161,7 @@ def judge_leg(record: TrueRecord, leg: Leg, task: Task, start: Array, goal: Arra
     last = max(int(LAST_PART * inside.sum()), 1)
     off = np.linalg.norm(record.tip - goal, axis=1)
     settling = settling_time(t[slot], off[slot], leg.end, watch.tolerance)
-    begun = slot & (t <= leg.end + slack)
+    begun = (t >= leg.start - task.lead) & (t <= leg.end + slack)
     left = _leaving(t[begun], np.linalg.norm(record.tip[begun] - start, axis=1), watch.tolerance)
     return LegFigures(
         rms(np.linalg.norm(vibration(record, task)[inside], axis=1)),
@@ -173,18 +174,21 @@ def judge_leg(record: TrueRecord, leg: Leg, task: Task, start: Array, goal: Arra
 
 
 def _leaving(t: Array, away: Array, tolerance: float) -> float | None:
-    """Return the first instant of the way out: after the last tick in the ball before the farthest one [s].
+    """Return the first tick out of the ball after the last stay in it [s]; None when it never stayed there.
 
-    None when it was not in the ball before, still ringing from another move, say. A lap ends where it began,
-    so that only what is before the farthest tick counts.
+    A tip that swings through the ball does not stay: it winds up for the move, or still rings from another.
+    A lap ends where it began, so that only what is before the farthest tick counts.
 
     Args:
         t: Until the end of the motion [s], (k,).
         away: Distance of the tip from its start [m], (k,).
         tolerance: Radius of the ball [m].
     """
-    inside = np.flatnonzero(away[: int(np.argmax(away)) + 1] <= tolerance)
-    return float(t[min(inside[-1] + 1, t.size - 1)]) if inside.size else None
+    is_in = away[: int(np.argmax(away)) + 1] <= tolerance
+    edges = np.diff(is_in, prepend=False, append=False)
+    entered, left = np.flatnonzero(edges).reshape(-1, 2).T  # first ticks inside, first ticks outside again
+    stays = left[(left - entered) * (t[1] - t[0]) >= STAY]
+    return float(t[min(stays[-1], t.size - 1)]) if stays.size else None
 
 
 def vibration(record: TrueRecord, task: Task) -> Array:

@@ -15,7 +15,7 @@ from flexarm_bringup.page.report import Cell, Column, Table
 
 TITLE, NAME = "How fast can it be?", "shortest time to settle over the time-optimal bound"
 STOPPED = "sweep: MPC is never stopped on a motion within the limits"
-UNKNOWN = "the tip was not in the ball about its start before the move, so when it left is not known"
+UNKNOWN = "the tip did not stay in the ball about its start before the move: when it left is not known"
 Swept = tuple[Sweep, Sequence[CompareResult]]
 COLUMNS = (
     Column(f"{LAW_NAMES[MPC]} on"), Column("duration\n[s]", ".3f"), Column("settles\n[s]", ".3f"),
