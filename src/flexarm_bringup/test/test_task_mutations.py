@@ -78,7 +78,7 @@ WRONG: list[tuple[str, str, Any, tuple[str, ...]]] = [
     ("too short", "moves.along.duration", "5 ms",
      ("moves.along.duration", "at least 2 control periods, 0.01 s")),
     ("duration without unit", "moves.bend.duration", 1, ("moves.bend.duration: 1", "no unit")),
-    ("ramps too long", "moves.B.ramps", ["0.6 s", "0.6 s"], ("moves.B.ramps", "1.2", "1.0 s (the duration)")),
+    ("ramps too long", "moves.B.ramps", ["0.6 s", "0.6 s"], ("moves.B.ramps", "1.2 s", "duration, 1 s")),
     ("ramp of nothing", "moves.B.ramps", ["0 s", "0.2 s"], ("moves.B.ramps", "must be > 0 s")),
     ("one ramp", "moves.B.ramps", ["0.2 s"], ("moves.B.ramps", "a list of 2")),
     ("corners too round", "moves.bend", {**SQUARE, "square": {**SQUARE["square"], "radius": "60 mm"}},

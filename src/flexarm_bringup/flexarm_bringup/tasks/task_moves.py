@@ -198,6 +198,7 @@ def _read_square(section: Section) -> TaskMove:
 
 
 LONGEST = 3600.0  # s, of a move and of every wait
+ROUNDING = 1e-12  # of a duration; two ramps may be all of it
 
 _READERS: dict[str, Callable[[Section], TaskMove]] = {
     "by": _read_by,
@@ -213,10 +214,12 @@ def _read_profile(section: Section) -> Profile:
     if not section.has("ramps"):
         return Quintic(1.0, duration)
     first, last = section.quantities("ramps", ["time"] * 2)
-    try:
-        return Trapezoid(1.0, duration, float(first), float(last))
-    except ValueError as error:
-        raise section.error("ramps", section.take("ramps"), f"{error} (the duration)") from None
+    if min(first, last) <= 0.0:
+        raise section.error("ramps", section.take("ramps"), "both must be > 0 s")
+    if first + last > duration * (1.0 + ROUNDING):
+        allowed = f"together {first + last:.6g} s; expected at most the duration, {duration:.6g} s"
+        raise section.error("ramps", section.take("ramps"), allowed)
+    return Trapezoid(1.0, duration, float(first), float(last))
 
 
 def _straight(start: Array, way: Array, profile: Profile, dt: float) -> AxisMotion:
