@@ -236,7 +236,9 @@ def test_the_shaped_motion_may_be_named_and_must_exist(case: Case) -> None:
         return replace(case, task=replace(case.task, compare=replace(case.task.compare, shaped=name)))
 
     assert asked("ZV").chosen == "ZV" != case.chosen
-    with pytest.raises(ValueError, match=r"'ZVZ' is none of worst profile, .*ZVD"):
+    with pytest.raises(
+        ValueError, match=r"compare\.shaped: 'ZVZ' cannot be planned; expected one of worst profile; .*ZVD"
+    ):
         _ = asked("ZVZ").chosen
 
 

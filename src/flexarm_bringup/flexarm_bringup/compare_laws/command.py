@@ -15,31 +15,32 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.arguments import whole
+from flexarm_bringup.arguments import add_seed, whole
 from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.compare_laws.at_rest import floors_at_rest
 from flexarm_bringup.compare_laws.curves import draw
 from flexarm_bringup.compare_laws.legs import compared_legs
 from flexarm_bringup.compare_laws.page import build_page
 from flexarm_bringup.compare_laws.runs import CompareJob, run_compare_jobs
-from flexarm_bringup.compare_laws.schemes import Case, Scheme, plan_case
+from flexarm_bringup.compare_laws.schemes import Case, Scheme, plan_case, refuse_unknown_motion
+from flexarm_bringup.compare_laws.sound_arm import heaviest, sound_arm
 from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, Sweep, plan_sweep
 from flexarm_bringup.compare_laws.sweep_page import Swept
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.sim_run.study import SEED
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.settings.strict_yaml import ConfigError
-from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 ERRORS = (0.0, -0.20, -0.10, -0.05, 0.05, 0.10, 0.20)  # of all frequencies; as described first
@@ -61,6 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--workers", type=whole(at_least=1), metavar="N", help="processes (default: the cores there are)"
     )
+    add_seed(parser, "the rig's noise", SEED)
     add_report_arguments(parser)
     parser.epilog = "Exit code 1 when a bound in the table 'Acceptance' was missed."
 
@@ -76,7 +78,8 @@ def run(args: argparse.Namespace) -> int:
         todo = _jobs(task, home, cases, args.quick)
         fast = [point.scheme for point in sweep.points]
         faster = [job for error in SWEEP_ERRORS for job in _split(task, task.presets[0], home, error, fast)]
-        results = run_compare_jobs([*todo, *faster], progress.counted("simulating", "jobs"), args.workers)
+        jobs = [replace(job, seed=args.seed) for job in (*todo, *faster)]
+        results = run_compare_jobs(jobs, progress.counted("simulating", "jobs"), args.workers)
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(f"flexarm compare: {error}", file=sys.stderr)
@@ -95,18 +98,21 @@ def run(args: argparse.Namespace) -> int:
             print(f"flexarm compare: no table of what noise leaves at rest: {error}", file=sys.stderr)
     figures = draw(case, results[:rows]) if args.html else ()
     page = build_page(case, config, results[:rows], swept, figures, at_rest)
+    page = replace(page, data={**page.data, "seed": args.seed})
     progress.done()
     return publish(resting_on(page, arm_of(task)), args)
 
 
 def _plan(task: Task, is_quick: bool) -> tuple[Array, dict[str, Case]]:
     """Return where the arm starts, and what is planned for every preset, the first one with everything."""
+    refuse_unknown_motion(task)
     cases = {}
     home = np.zeros(0)
     for preset in (task.presets[0], *task.compare.other_presets_db):
-        tree = ReducedTree(load_config(find_manipulator(task.manipulator), preset))
-        home = StaticArm(tree).start(task.start)
-        cases[preset] = plan_case(task, compared_legs(tree, task, home), is_quick)
+        tree, home = sound_arm(task, preset)
+        case = plan_case(task, compared_legs(tree, task, home), is_quick)
+        is_scarce = preset == task.presets[0] and task.compare.scarce_gain_db is not None
+        cases[preset] = replace(case, weight=heaviest(tree)) if is_scarce else case
     return home, cases
 
 

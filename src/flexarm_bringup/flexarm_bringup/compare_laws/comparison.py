@@ -34,7 +34,7 @@ class Comparison:
         shaped: Motion that MPC is given beside the worst one; empty: the most robust by the served model.
         worst_db: MPC on the worst profile, at most [dB]; None for no bound.
         shaped_db: MPC on a shaped reference, at most [dB].
-        scarce_gain_db: What MPC gains on the clipped LQR at half the peak torque, at least [dB].
+        scarce_gain_db: What MPC gains on the clipped LQR at half the torque beyond the weight, at least [dB].
         slowest: Shortest time in which MPC arrives over the time-optimal bound, at most [1].
         other_presets_db: MPC at +-10 % frequency under other presets, at most [dB].
     """

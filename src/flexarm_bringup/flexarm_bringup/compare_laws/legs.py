@@ -7,16 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.compare_laws.along_way import AlongWay, along_way
+from flexarm_bringup.compare_laws.sampled import speed_share
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import Task
 from flexarm_controller.limits import Limits, limits_of
 from flexarm_controller.open_loop.axis_motion import Motion, PacedMotion, Way
-from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_model.served.linearize import linearize
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+ROUNDING = 1e-9  # of a limit of velocity
 SMALLEST_WAY = 1e-5  # rad or m; less is no way but what is left of solving for the pose
 
 
@@ -29,6 +31,7 @@ class ComparedLeg:
         given: The motion as the moves file has it, the worst profile.
         model: Served at the goal, where the vibration is that is left.
         middle: Served half-way between start and goal.
+        along: Models along the way, by which torque and strain are predicted.
         limits: Of the arm.
         dt: Control period [s].
     """
@@ -37,6 +40,7 @@ class ComparedLeg:
     given: PacedMotion
     model: ReducedModel
     middle: ReducedModel
+    along: AlongWay
     limits: Limits
     dt: float
 
@@ -56,17 +60,24 @@ class ComparedLeg:
         return bool(abs(self.goal - self.start).max() > SMALLEST_WAY)
 
     def peak(self, motion: Motion) -> Array:
-        """Return the largest torque a motion asks of the rigid arm about the goal [N m or N], (n_theta,)."""
-        rest = build_equilibrium(self.model)
-        theta, theta_dot, theta_ddot = motion.sample(np.arange(0.0, motion.duration, self.dt))
-        r = np.hstack([np.broadcast_to(self.goal, theta.shape), theta_dot, theta_ddot])  # (k, 3 n_theta)
-        return np.asarray(abs(r @ rest.U.T + rest.u_0).max(axis=0))
+        """Return the largest torque a motion asks of an arm that does not vibrate [N m or N], (n_theta,)."""
+        return np.asarray(abs(self.along.torque(motion)).max(axis=0))
+
+    def hold(self, motion: Motion) -> Array:
+        """Return the largest torque that holds such an arm anywhere on its way [N m or N], (n_theta,)."""
+        return np.asarray(abs(self.along.holding(motion)).max(axis=0))
+
+    def excess(self, motion: Motion) -> str:
+        """Return which limit a motion is beyond, "velocity", "torque" or "strain"; empty for none."""
+        if (speed_share(motion, self.limits, self.dt) > 1.0 + ROUNDING).any():
+            return "velocity"
+        if (self.peak(motion) > self.limits.effort).any():
+            return "torque"
+        return "strain" if self.along.strain_share(motion) > 1.0 else ""
 
     def is_allowed(self, motion: Motion) -> bool:
-        """Tell whether a rigid arm could follow a motion within the limits of torque and velocity."""
-        velocity = motion.sample(np.arange(0.0, motion.duration, self.dt))[1]
-        is_slow = (abs(velocity) <= self.limits.velocity).all()
-        return bool(is_slow and (self.peak(motion) <= self.limits.effort).all())
+        """Tell whether an arm that is led exactly keeps the limits of velocity, torque and strain."""
+        return not self.excess(motion)
 
 
 def compared_legs(tree: ReducedTree, task: Task, home: Array) -> tuple[ComparedLeg, ...]:
@@ -86,6 +97,7 @@ def compared_legs(tree: ReducedTree, task: Task, home: Array) -> tuple[ComparedL
         way = Way(share, motion.theta[first])
         goal = motion.theta[-1]
         models = linearize(tree, goal), linearize(tree, (theta + goal) / 2)
-        legs.append(ComparedLeg(name, PacedMotion(way, move.profile), *models, limits, dt))
+        along = along_way(tree, way, limits, dt)
+        legs.append(ComparedLeg(name, PacedMotion(way, move.profile), *models, along, limits, dt))
         theta = goal
     return tuple(legs)

@@ -26,8 +26,12 @@ SHAPERS: dict[str, Callable[[float, float], Shaper]] = {
     "ZV": zv, "MZV": mzv, "ZVD": zvd, "EI": ei, "two-hump EI": two_hump, "three-hump EI": three_hump,
 }  # fmt: skip
 ROBUST = (0.9, 1.0, 1.1)  # factors on all frequencies that a robust choice looks at
+TRAPEZOIDS = {"best trapezoid": (1.0,), "best trapezoid, f ±10 %": ROBUST}
 SECOND_MODE = 0.05  # share of what the worst profile leaves from which on a second mode is shaped
 LEAST_TORQUE = "least torque (LP)"
+TWO_MODES = ", two modes"
+MOTIONS = ("worst profile", *TRAPEZOIDS, *(f"{kind}{text}" for text in ("", TWO_MODES) for kind in SHAPERS),
+           LEAST_TORQUE)  # fmt: skip
 APART = 1.02  # ratio of two frequencies that one shaper does not serve both
 
 
@@ -51,7 +55,7 @@ def plan_motions(leg: ComparedLeg, watch: Watch, is_quick: bool) -> LegMotions:
     given = leg.given
     motions: dict[str, Motion] = {"worst profile": given}
     left_out: dict[str, str] = {}
-    for name, scales in (("best trapezoid", (1.0,)), ("best trapezoid, f ±10 %", ROBUST)):
+    for name, scales in TRAPEZOIDS.items():
         try:
             motions[name] = _best_trapezoid(leg, watch, scales)
         except ValueError as error:
@@ -62,10 +66,11 @@ def plan_motions(leg: ComparedLeg, watch: Watch, is_quick: bool) -> LegMotions:
         except ValueError as error:
             left_out[name] = str(error)
             continue
-        motions[name] = motion
-        if not leg.is_allowed(motion):
-            left_out[name] = "beyond the limits of velocity or torque"
-            del motions[name]
+        excess = leg.excess(motion)
+        if excess:
+            left_out[name] = f"beyond the limit of {excess}"
+        else:
+            motions[name] = motion
     problem = RestToRest(leg.middle, leg.limits, leg.start, leg.goal, leg.dt)
     periods = int(given.duration / leg.dt + 1e-6)
     optimum = fastest(problem, periods) if leg.goes_somewhere else None
@@ -97,7 +102,7 @@ def _best_trapezoid(leg: ComparedLeg, watch: Watch, scales: tuple[float, ...]) -
         return left(PacedMotion(way, trapezoid))
 
     def allowed(trapezoid: Trapezoid) -> bool:
-        """Return whether torque and velocity stay within their limits."""
+        """Return whether velocity, torque and strain stay within their limits."""
         return leg.is_allowed(PacedMotion(way, trapezoid))
 
     return PacedMotion(way, best_trapezoid(leg.given.duration, cost, allowed))
@@ -116,7 +121,7 @@ def _shapers(leg: ComparedLeg, watch: Watch, is_quick: bool) -> dict[str, Callab
         """Return what designs it later."""
         return lambda: design(kind, count)
 
-    counts = {1: ""} if is_quick or len(modes) < 2 else {1: "", 2: ", two modes"}
+    counts = {1: ""} if is_quick or len(modes) < 2 else {1: "", 2: TWO_MODES}
     return {f"{kind}{text}": of_modes(kind, count) for count, text in counts.items() for kind in SHAPERS}
 
 

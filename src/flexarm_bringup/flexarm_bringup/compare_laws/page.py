@@ -10,12 +10,13 @@ from flexarm_bringup.compare_laws.at_rest import AtRest
 from flexarm_bringup.compare_laws.checks import all_checks, base_of
 from flexarm_bringup.compare_laws.judged import CompareResult
 from flexarm_bringup.compare_laws.plain_rows import plain_row
-from flexarm_bringup.compare_laws.schemes import LAW_NAMES, SCARCE, Case
+from flexarm_bringup.compare_laws.schemes import LAW_NAMES, MPC, SCARCE, WORST, Case
 from flexarm_bringup.compare_laws.sweep_page import Swept, sweep_rows, sweep_tables
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Column, Page, Table
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.tasks.task import other_law
+from flexarm_controller.motion.excess import torque_unit
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 COLUMNS = (
@@ -53,14 +54,14 @@ def build_page(
         tables += [_nominal(preset, rows, base), _robust(preset, rows, base), _settling(preset, rows)]
         tables += [_at_rest(preset, at_rest[preset], base)] if preset in at_rest else []
     scarce = [r for r in results if r.is_scarce]
-    tables += [_scarce(scarce, base)] if scarce else []
+    tables += [_scarce(case, scarce, base)] if scarce else []
     tables.append(_shapers([r for r in results if r.preset == presets[0] and not r.is_scarce]))
     swept_tables, sweep_checks = sweep_tables(case, swept) if swept else ([], [])
     return Page(
         title=f"flexarm compare {config.name}: laws and open-loop motions in the same time",
         lead=_lead(case),
         items=[*tables, *swept_tables, _bounds(case), *figures],
-        checks=[*all_checks(task, results), *sweep_checks],
+        checks=[*all_checks(task, results, _noise(at_rest.get(presets[0], ()))), *sweep_checks],
         remarks={"read it so": [*_CAVEATS, *other_law(task, presets)]},
         data={
             "rows": [plain_row(r, base) for r in results],
@@ -71,13 +72,17 @@ def build_page(
     )
 
 
+def _noise(laws: Sequence[AtRest]) -> Mapping[float, float]:
+    return next((law.floors for law in laws if law.law == MPC), {})
+
+
 _CAVEATS = (
     "an ideal servo follows any motion exactly, whatever torque that takes; no motor does",
     "joint PD, LQG and MPC have the same model, sensors, delay and torque limit; the arm is simulated",
     "settles: after the end of the motion, the tip stays in the ball about where the real arm rests with its "
     "axes at the goal; 'never': not within the window",
     "moves for: from leaving the ball about the start to staying in the ball about the goal; laws with "
-    "preview leave early; no figure where the tip was not in that ball before a move",
+    "preview leave early; no figure where the tip did not stay in that ball before a move",
     "the time-optimal bound is that of the served model half-way, from rest to rest, in whole periods",
 )
 
@@ -93,7 +98,9 @@ def _lead(case: Case) -> str:
 
 
 def _why(case: Case) -> str:
-    return "as its moves file says" if case.task.compare.shaped else "the most robust one by the served model"
+    if case.task.compare.shaped:
+        return "as its moves file says"
+    return "for no shaper fits" if case.chosen == WORST else "the most robust one by the served model"
 
 
 def _cells(result: CompareResult, base: float) -> list[Cell]:
@@ -192,9 +199,11 @@ def _shapers(rows: Sequence[CompareResult]) -> Table:
     return Table("MPC against the best shaper", columns, cells, notes)
 
 
-def _scarce(rows: Sequence[CompareResult], base: float) -> Table:
-    title = f"Torque limited to {SCARCE:g} of what the worst profile asks of a rigid arm"
-    notes = [f"{LAW_NAMES[r.law]}: {r.stopped}" for r in rows if r.stopped]
+def _scarce(case: Case, rows: Sequence[CompareResult], base: float) -> Table:
+    title = f"Torque limited to the weight and {SCARCE:g} of what the worst profile asks beyond it"
+    limits = zip(case.legs[0].model.theta_names, case.scarce_effort, strict=True)
+    notes = ["at most " + ", ".join(f"{name} {limit:.3g} {torque_unit(name)}" for name, limit in limits)]
+    notes += [f"{LAW_NAMES[r.law]}: {r.stopped}" for r in rows if r.stopped]
     return Table(title, COLUMNS, [_cells(r, base) for r in rows], notes)
 
 
@@ -207,6 +216,13 @@ def _bounds(case: Case) -> Table:
         duration = None if optimum is None else optimum.duration
         ratio = None if optimum is None else leg.given.duration / optimum.duration
         rows.append([leg.name, leg.given.duration, duration, ratio])
+        if optimum is None:
+            some = (
+                "no motion within the limits is that short"
+                if leg.goes_somewhere
+                else "it ends where it began"
+            )
+            notes.append(f"{leg.name}: no time-optimal motion: {some}")
         notes += [f"{leg.name}: left out: {name}: {why}" for name, why in planned.left_out.items()]
     columns = [
         Column("move"),

@@ -21,7 +21,7 @@ from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.servo_run import lead
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import Rig, RigSettings
-from flexarm_bringup.sim_run.study import loop_settings, lost_state
+from flexarm_bringup.sim_run.study import SEED, loop_settings, lost_state
 from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.manipulator.description import Joint, ManipulatorConfig
@@ -45,6 +45,7 @@ class CompareJob:
         home: Where it starts [rad or m], (n_theta,).
         frequency_error: Real over described frequencies, minus 1.
         schemes: The rows.
+        seed: Of the rig's noise.
     """
 
     task: Task
@@ -52,6 +53,7 @@ class CompareJob:
     home: Array
     frequency_error: float
     schemes: tuple[Scheme, ...]
+    seed: int = SEED
 
 
 def run_compare_jobs(
@@ -73,7 +75,7 @@ class _Arm:
     def __init__(self, job: CompareJob) -> None:
         self._job = job
         self._config = starting_at(load_config(find_manipulator(job.task.manipulator), job.preset), job.home)
-        self._rig = RigSettings(frequency_scale=1.0 + job.frequency_error)
+        self._rig = RigSettings(seed=job.seed, frequency_scale=1.0 + job.frequency_error)
         self._plant = Rig(self._config, self._rig).plant
         self._limits = np.array([axis.effort for axis in self._config.actuated.values()])
         self._trees: dict[bytes, ReducedTree] = {}

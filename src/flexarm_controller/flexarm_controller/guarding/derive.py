@@ -73,8 +73,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
     home, limits = linearize(tree), limits_of(config)
     ramp = (1.0 + settings.braking_share) * limits.effort / limits.effort_rate
     reaction = (NOTICING + TAPER) * dt + ramp
-    named = list(_loads(tree, config.poses.values()))
-    loads = [loads_of(tree, home), *named, *_loads(tree, _ends(home, limits))]
+    loads = loads_everywhere(tree, home, limits)
     own = _deceleration(home, loads, limits, settings.braking_share)
     a = np.minimum(own, limits.velocity / reaction)
     _refuse_weak(config, a)
@@ -108,6 +107,12 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         labels=tuple(_labels(config)),
         gauges=tuple(name.rpartition(".")[0] for name in limits.gauges),
     )
+
+
+def loads_everywhere(tree: ReducedTree, home: ReducedModel, limits: Limits) -> list[Loads]:
+    """Return the loads at home, at the named poses and at the ends of the ranges, those at home first."""
+    named = list(_loads(tree, tree.config.poses.values()))
+    return [loads_of(tree, home), *named, *_loads(tree, _ends(home, limits))]
 
 
 def hold_of(limits: GuardLimits, settings: GuardSettings) -> HoldRate:

@@ -34,17 +34,25 @@ def best_trapezoid(
     Raises:
         ValueError: No trapezoid of that duration is allowed.
     """
-    found: list[tuple[float, float, float]] = []
+    best: tuple[float, float, float] | None = None
     middle, reach, count = np.full(2, 0.5), 0.5 - SHORTEST, COARSE
     for _ in range(1 + REFINEMENTS):
-        for t_a, t_d in duration * _pairs(middle, reach, count):
-            trapezoid = Trapezoid(1.0, duration, float(t_a), float(t_d))
-            if allowed(trapezoid):
-                found.append((cost(trapezoid), trapezoid.t_a, trapezoid.t_d))
-        if not found:
+        ramps = (duration * _pairs(middle, reach, count)).tolist()
+        for found in sorted((cost(_trapezoid(duration, *pair)), *pair) for pair in ramps):
+            if best is not None and found >= best:
+                break
+            if allowed(_trapezoid(duration, *found[1:])):  # asked of few: it takes longer than the cost
+                best = found
+                break
+        if best is None:
             raise ValueError(f"no trapezoid of {duration:g} s keeps the limits")
-        middle, reach, count = np.array(min(found)[1:]) / duration, 2 * reach / (count - 1), FINE
-    return Trapezoid(1.0, duration, *min(found)[1:])
+        middle, reach, count = np.array(best[1:]) / duration, 2 * reach / (count - 1), FINE
+    assert best is not None
+    return _trapezoid(duration, *best[1:])
+
+
+def _trapezoid(duration: float, t_a: float, t_d: float) -> Trapezoid:
+    return Trapezoid(1.0, duration, t_a, t_d)
 
 
 def _pairs(middle: Array, reach: float, count: int) -> Array:
