@@ -214,10 +214,10 @@ def _read_profile(section: Section) -> Profile:
     if not section.has("ramps"):
         return Quintic(1.0, duration)
     first, last = section.quantities("ramps", ["time"] * 2)
-    if min(first, last) <= 0.0:
-        raise section.error("ramps", section.take("ramps"), "both must be > 0 s")
-    if first + last > duration * (1.0 + ROUNDING):
-        allowed = f"together {first + last:.6g} s; expected at most the duration, {duration:.6g} s"
+    if min(first, last) <= 0.0 or first + last > duration * (1.0 + ROUNDING):
+        allowed = (
+            f"both must be > 0 s, together, {first + last:.6g} s, at most the duration, {duration:.6g} s"
+        )
         raise section.error("ramps", section.take("ramps"), allowed)
     return Trapezoid(1.0, duration, float(first), float(last))
 
