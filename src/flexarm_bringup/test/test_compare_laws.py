@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.cli import main
-from flexarm_bringup.compare_laws import sweep
+from flexarm_bringup.compare_laws import command, sweep
 from flexarm_bringup.compare_laws.against_shapers import rivalries
 from flexarm_bringup.compare_laws.at_rest import floors_at_rest
 from flexarm_bringup.compare_laws.checks import all_checks
@@ -249,6 +250,28 @@ def test_time_taken_is_never_less_than_that_of_the_motion(case: Case) -> None:
     points = [SweepPoint("a", scheme, 0.5), SweepPoint("b", scheme, 0.4)]
     assert [p.arrival(r) for p, r in zip(points, [early, late], strict=True)] == [0.5, 0.9]
     assert shortest(points, [early, late]) == (points[0], 0.5)
+
+
+def test_another_seed_draws_other_noise(case: Case) -> None:
+    """The spread of what a draw decides could not be seen."""
+    pd = replace(case.scheme(PD, WORST, case.motions[WORST]), end=2.0)  # half a second after the move
+    jobs = [CompareJob(case.task, "geared", np.zeros(1), 0.0, (pd,), seed) for seed in (1, 2)]
+    first, other = (run_compare_job(job)[0].residual for job in jobs)
+    assert first != other == pytest.approx(first, rel=0.2)
+
+
+def test_the_seed_is_given_to_every_run(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    seeds: set[int] = set()
+
+    def run_none(jobs: Sequence[CompareJob], *_: object) -> list[CompareResult]:
+        seeds.update(job.seed for job in jobs)
+        raise ValueError("nothing is run")
+
+    monkeypatch.setattr(command, "run_compare_jobs", run_none)
+    assert main(["compare", "single_link", "--quick", "--seed", "7"]) == 2
+    assert seeds == {7} and "nothing is run" in capsys.readouterr().err
 
 
 @pytest.mark.slow
