@@ -20,6 +20,7 @@ from flexarm_bringup.page.report import Table
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.margins.case import ALL_TORQUES, Case, Margin
 from flexarm_controller.margins.gain_margin import GainMargin
+from flexarm_controller.margins.short_law import ShortCase
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.reading.manipulator_file import find_manipulator
 
@@ -61,6 +62,27 @@ def test_as_described_is_the_smallest_over_poses_and_its_pose_is_named() -> None
     assert cell(table, "mode 1", "as described gain [dB]") == pytest.approx(5.2)
     assert table.texts()[1][4] == "stretched"
     assert cell(table, "mode 1", "worst gain [dB]") == pytest.approx(5.2)
+
+
+def firm_table(**poses: ShortCase) -> Table:
+    kept = (case(13.0),)
+    results = tuple(PoseResult(label, (1.0,), kept, (firm,)) for label, firm in poses.items())
+    config = replace(CONFIG, frequency_off=0.0)
+    items = build_page(replace(study(), poses=results), config, []).items
+    (table,) = [item for item in items if isinstance(item, Table) and item.title.startswith("Firm law")]
+    return table
+
+
+def test_the_kicked_mode_that_is_worst_is_named_with_its_pose() -> None:
+    calm = ShortCase((0.0,), 0.0, 0.6, 1.5, "mode_1", 3.0, {"mode_1": 1.1, "mode_2": 1.2})
+    table = firm_table(home=calm, mid=replace(calm, growth=0.5, kicked={"mode_1": 1.9, "mode_2": 1.0}))
+    assert table.rows[0][1:] == [1.5, 3.0, "mode 1", "home", 1.9, "mode 1", "mid"]
+
+
+def test_an_arm_without_an_elastic_body_has_a_firm_law_and_nothing_to_kick() -> None:
+    """The largest of no factors was asked for: a traceback in place of the page."""
+    table = firm_table(home=ShortCase((0.0,), 0.0, 0.6, 0.8, "axes", 2.0, {}))
+    assert table.rows[0][1:] == [0.8, 2.0, "axes", "home", None, "", ""]
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_controller.margins.case import ALL_TORQUES, Case
 from flexarm_controller.margins.delay_margin import MOST
+from flexarm_controller.margins.short_law import ShortCase
 from flexarm_controller.margins.verdict import (
     MS,
     PERCENT,
@@ -141,16 +142,23 @@ def _firm_table(study: Study, config: MarginConfig) -> list[Table]:
     for error in frequency_errors(config):
         of_error = [(label, case) for label, case in cases if case.frequency_error == error]
         at, grows = max(of_error, key=lambda item: item[1].growth)
-        at_kick, kicked = max(of_error, key=lambda item: max(item[1].kicked.values()))
-        name = max(kicked.kicked, key=kicked.kicked.__getitem__)
         row: Cells = [PERCENT * error, grows.growth, grows.frequency, spoken(grows.mode), at]
-        rows.append([*row, kicked.kicked[name], spoken(name), at_kick])
+        rows.append([*row, *_kicked_most(of_error)])
     notes = [
         f"it lasts {cases[0][1].lasts:.3g} s at most: the longest motion it is for, and the horizon before",
         "kicked: the most that follows a kick of one mode, over the kick or, if that is more, over the most "
         "that follows it under the ordinary law",
     ]
     return [Table(f"Firm law: at most {config.firm_growth:g} is allowed", columns, rows, notes)]
+
+
+def _kicked_most(cases: Sequence[tuple[str, ShortCase]]) -> Cells:
+    """Return the largest factor, the mode that is kicked, and the pose; nothing where no body is elastic."""
+    kicks = [(factor, name, label) for label, case in cases for name, factor in case.kicked.items()]
+    if not kicks:
+        return [None, "", ""]
+    factor, name, label = max(kicks, key=lambda kick: kick[0])
+    return [factor, spoken(name), label]
 
 
 def _firm_checks(study: Study, config: MarginConfig) -> list[Check]:
