@@ -12,12 +12,14 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Sequence
+from functools import partial
 
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from flexarm_bringup.processes.domain_ports import may_be_used
 from flexarm_bringup.processes.graph import DRIVE_TOPICS, RIG, Process
+from flexarm_bringup.processes.secured import LOOK, WATCH_ENCLAVE
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.process.ros_arguments import domain
@@ -33,6 +35,25 @@ class SecondDriverError(ConfigError):
     """Somebody drives the arm already; the text says who, and what to do."""
 
 
+class DriverEar(Node):  # type: ignore[misc]
+    """Hears drives.
+
+    Attributes:
+        heard: Topics on which somebody has spoken.
+    """
+
+    def __init__(self) -> None:
+        """Subscribe; the ROS domain is open."""
+        super().__init__(LOOK, namespace=NAMESPACE, start_parameter_services=False)
+        self.heard: set[str] = set()
+        for topic in DRIVE_TOPICS:
+            note = partial(self._note, topic)
+            self.create_subscription(JointState, topic, note, SENSOR_QOS)
+
+    def _note(self, topic: str, msg: JointState) -> None:
+        self.heard.add(topic)
+
+
 def refuse_second_driver(graph: Sequence[Process], seconds: float = LISTEN) -> None:
     """Check that nobody is the drives of an arm whose rig is to be simulated.
 
@@ -46,21 +67,18 @@ def refuse_second_driver(graph: Sequence[Process], seconds: float = LISTEN) -> N
     """
     if all(row.name != RIG for row in graph) or _is_alone():
         return
-    heard: set[str] = set()
-    with in_domain():  # as a tool, which may hear everything where security is asked for
-        node = Node("look", namespace=NAMESPACE, start_parameter_services=False)
-        for topic in DRIVE_TOPICS:
-            node.create_subscription(JointState, topic, lambda _, topic=topic: heard.add(topic), SENSOR_QOS)
+    with in_domain(WATCH_ENCLAVE):  # whose keys have been looked for already, where security is asked for
+        ear = DriverEar()
         executor, end = events_executor(), time.monotonic() + seconds
-        executor.add_node(node)
-        while not heard and time.monotonic() < end:
+        executor.add_node(ear)
+        while not ear.heard and time.monotonic() < end:
             spin_once(executor, _LOOK_PERIOD)
         executor.shutdown()
-        node.destroy_node()
-    if heard:
+        ear.destroy_node()
+    if ear.heard:
         raise SecondDriverError(
-            f"{min(heard)}: somebody speaks there already in ROS domain {domain(os.environ)}: end it first, "
-            "or for a driver of your own leave out the simulated rig: --driver drive_states (launch: "
+            f"{min(ear.heard)}: somebody speaks there already in ROS domain {domain(os.environ)}: end it "
+            "first, or for a driver of your own leave out the simulated rig: --driver drive_states (launch: "
             "driver:=drive_states), joint_states where it tells only these"
         )
 

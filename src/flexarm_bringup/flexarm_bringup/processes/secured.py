@@ -16,7 +16,8 @@ from flexarm_model.process.security import (
 )
 
 OPERATOR = f"{NAMESPACE}/operator"  # enclave of tools that command
-WATCH = "watch"  # node of who started the graph, which stops the motion
+WATCH, LOOK = "watch", "look"  # nodes of who starts the graph: stops the motion; looks for a second driver
+WATCH_ENCLAVE = f"{NAMESPACE}/{WATCH}"  # of both
 
 
 def check_graph_security(graph: Sequence[Process], environment: Mapping[str, str] = os.environ) -> None:

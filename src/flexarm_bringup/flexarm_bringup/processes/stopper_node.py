@@ -14,8 +14,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Empty
 
-from flexarm_bringup.processes.secured import WATCH
-from flexarm_bringup.topics import NAMESPACE
+from flexarm_bringup.processes.secured import WATCH, WATCH_ENCLAVE
 from flexarm_model.process.security import check_security, with_enclave
 from flexarm_model.ros.node import RELIABLE_QOS
 from flexarm_model.ros.tool_node import NO_LOG_FILE
@@ -30,7 +29,7 @@ class StopperNode(Node):  # type: ignore[misc]
         Raises:
             SecurityError: Security is asked for and cannot be had.
         """
-        arguments = with_enclave([*sys.argv[:1], *NO_LOG_FILE], f"{NAMESPACE}/{WATCH}")
+        arguments = with_enclave([*sys.argv[:1], *NO_LOG_FILE], WATCH_ENCLAVE)
         check_security(arguments)
         context = Context()
         rclpy.init(args=arguments, context=context, signal_handler_options=SignalHandlerOptions.NO)

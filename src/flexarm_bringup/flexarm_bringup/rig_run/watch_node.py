@@ -18,10 +18,9 @@ from rclpy.node import Node
 from std_msgs.msg import Bool, Empty
 
 from flexarm_bringup.processes.graph import Process
-from flexarm_bringup.processes.secured import WATCH
+from flexarm_bringup.processes.secured import WATCH, WATCH_ENCLAVE
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.rig_run.late_nodes import Complaints
-from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.process.leaving import LEAVING, ends_within
 from flexarm_model.ros.node import LATCHED_QOS, LATEST_QOS, RELIABLE_QOS, events_executor
 from flexarm_model.ros.tool_node import in_domain
@@ -38,7 +37,7 @@ def watching(names: Sequence[str], say: Callable[[str], None]) -> Iterator[Watch
     Raises:
         SecurityError: Security is asked for and cannot be had.
     """
-    with in_domain(f"{NAMESPACE}/{WATCH}"):
+    with in_domain(WATCH_ENCLAVE):
         node = WatchNode(names, say)
         try:
             yield node
