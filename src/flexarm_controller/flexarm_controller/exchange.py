@@ -44,6 +44,7 @@ class ControllerExchange:
         controller: None until a model has been accepted.
         state: The newest one; None before the first.
         model_fault: Why the last model was refused; empty when it was taken.
+        is_live: The clock drives the loop; else it is in lockstep.
         withheld: Why no command may be sent; empty when they may.
         guard: What the guard has said.
         answer: What became of the newest state; None before the first.
@@ -75,8 +76,8 @@ class ControllerExchange:
         self._config, self._settings, self._clocks = config, settings, clocks
         self._mpc, self._nmpc, self._motion = mpc, nmpc, motion or MotionConfig()
         self._names, self._limits = tuple(config.actuated), limits_of(config)
-        self._epoch_ns, self._is_live, self._cycles = epoch_ns, epoch_ns is None, Cycles(settings.period)
-        self.guard = GuardSession(settings.period if self._is_live else None)
+        self._epoch_ns, self.is_live, self._cycles = epoch_ns, epoch_ns is None, Cycles(settings.period)
+        self.guard = GuardSession(settings.period if self.is_live else None)
         self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
         self.state: ArmState | None = None
@@ -223,7 +224,7 @@ class ControllerExchange:
         if now is not None:
             check_begin(float(reference.t[0]) - now, LATE)
         reference, remark = admit(
-            reference, model, self._limits, self._motion, self.is_armed and self._is_live
+            reference, model, self._limits, self._motion, self.is_armed and self.is_live
         )
         if fault := self.controller.follow(reference):
             raise MotionError(fault)

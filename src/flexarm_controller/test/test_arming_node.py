@@ -10,13 +10,15 @@ from flexarm_interfaces.msg import SteadyFilter  # noqa: E402
 
 from flexarm_controller.laws import LawInputs  # noqa: E402
 from flexarm_controller.limits import limits_of  # noqa: E402
+from flexarm_controller.margins import arming_node  # noqa: E402
+from flexarm_controller.margins.arming import ELSEWHERE  # noqa: E402
 from flexarm_controller.margins.arming_node import ArmingCheck  # noqa: E402
 from flexarm_controller.margins.gate import Gate  # noqa: E402
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig  # noqa: E402
 from flexarm_model.reading.config import load_config  # noqa: E402
 from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
 
-KEPT = SimpleNamespace(model_id="a")
+KEPT, ELSE = SimpleNamespace(model_id="a"), SimpleNamespace(model_id="b")
 
 
 class Listener:
@@ -26,7 +28,7 @@ class Listener:
         self.said = []
 
     def create_publisher(self, kind, topic, quality):
-        return SimpleNamespace(publish=lambda msg: self.said.append((topic, msg.data)))
+        return SimpleNamespace(publish=lambda msg: self.said.append((topic, getattr(msg, "data", None))))
 
     def create_subscription(self, *given):
         pass
@@ -35,14 +37,42 @@ class Listener:
         return SimpleNamespace(error=lambda text: None, info=lambda text: None)
 
 
-def test_a_filter_that_cannot_be_read_does_not_stop_an_armed_arm(monkeypatch):
-    arm = load_config(find_manipulator("single_link"), "geared")
-    monkeypatch.setattr(Gate, "judge", lambda self, model, filter_: "")
-    node, exchange = Listener(), SimpleNamespace(controller=SimpleNamespace(model=KEPT), is_armed=False)
+def check_of(monkeypatch, is_live, reasons):
+    """Return a check of the single link, its node, its exchange, and what tells the time; KEPT is judged."""
+    arm, clock = load_config(find_manipulator("single_link"), "geared"), SimpleNamespace(now=0.0)
+    monkeypatch.setattr(Gate, "judge", lambda self, model, filter_: reasons.pop(0))
+    monkeypatch.setattr(arming_node.time, "monotonic", lambda: clock.now)
+    controller = SimpleNamespace(model=KEPT)
+    node, exchange = Listener(), SimpleNamespace(controller=controller, is_armed=False, is_live=is_live)
     inputs = LawInputs(limits_of(arm), ControllerConfig(), MpcConfig())
     check = ArmingCheck(node, arm, inputs, MarginConfig(), exchange)
     check._arming.take(KEPT)
     check.look()
+    return check, node, exchange, clock
+
+
+@pytest.mark.parametrize("is_live", [True, False])
+def test_where_the_arm_stands_elsewhere_the_estimator_is_asked_and_the_guard_is_told_why(
+    monkeypatch, is_live
+):
+    check, node, exchange, clock = check_of(monkeypatch, is_live, ["", "margins: too small"])
+    exchange.controller.model, exchange.is_armed = ELSE, True
+    check.look()
+    exchange.is_armed = False
+    for clock.now in (1.0, 1.1, 1.4, 1.5):  # asked once, when it has stood for a moment
+        check.look()
+    if not is_live:  # in lockstep nothing may depend on a clock
+        assert node.said == [("~/margins", "")] and exchange.withheld == ""
+        return
+    assert exchange.withheld == ELSEWHERE
+    assert node.said[1:] == [("~/margins", ELSEWHERE), ("estimator/settle", None)]
+    check._arming.take(ELSE)
+    check.look()
+    assert exchange.withheld == "margins: too small" and node.said[3:] == [("~/margins", exchange.withheld)]
+
+
+def test_a_filter_that_cannot_be_read_does_not_stop_an_armed_arm(monkeypatch):
+    check, node, exchange, _ = check_of(monkeypatch, True, [""])
     assert exchange.withheld == "" and node.said == [("~/margins", "")]
     exchange.is_armed = True
     check.on_filter(SteadyFilter(model_id="a", states=1))  # no matrices

@@ -3,7 +3,7 @@
 Publishes
     ~/margins (std_msgs/String, latched): why nothing may be sent, with the mode by name; empty when it may.
     estimator/settle (std_msgs/Empty): asks for the settled filter of the model in use, where the one that is
-        told is of another model.
+        told, or was judged, is of another model.
 Subscribes
     estimator/steady_filter (flexarm_interfaces/SteadyFilter, latched).
 """
@@ -19,7 +19,7 @@ from std_msgs.msg import Empty, String
 
 from flexarm_controller.exchange import ControllerExchange
 from flexarm_controller.laws import LawInputs
-from flexarm_controller.margins.arming import Arming
+from flexarm_controller.margins.arming import ELSEWHERE, HOLD, Arming
 from flexarm_controller.margins.gate import Gate
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.conversions import ModelMessageError, filter_from_msg
@@ -50,7 +50,8 @@ class ArmingCheck:
             exchange: Is told what to withhold.
         """
         gate = Gate(arm, inputs, margins) if margins.margins_required else None
-        self._node, self._exchange, self._arming = node, exchange, Arming(gate)
+        hold = HOLD if exchange.is_live else math.inf  # in lockstep nothing depends on a clock
+        self._node, self._exchange, self._arming = node, exchange, Arming(gate, hold)
         self._n_u = len(arm.actuated)
         self._asked = -math.inf
         self._settle = node.create_publisher(Empty, "estimator/settle", RELIABLE_QOS)
@@ -74,14 +75,14 @@ class ArmingCheck:
     def look(self) -> None:
         """Judge what waits; cheap when nothing does."""
         controller = self._exchange.controller
-        model = None if controller is None else controller.model
-        if self._arming.look(model, self._exchange.is_armed):
-            self._tell()
-        elif self._arming.is_of_another(model, self._exchange.is_armed):
-            self._ask()
-
-    def _ask(self) -> None:
+        model, is_armed = None if controller is None else controller.model, self._exchange.is_armed
         now = time.monotonic()
+        if self._arming.look(model, is_armed, now):
+            self._tell()
+        elif self._arming.wants_filter(model, is_armed, now):
+            self._ask(now)
+
+    def _ask(self, now: float) -> None:
         if now - self._asked > ASK_PERIOD:
             self._asked = now
             self._settle.publish(Empty())
@@ -90,4 +91,4 @@ class ArmingCheck:
         reason = self._exchange.withheld = self._arming.reason
         self._said.publish(String(data=reason))
         log = self._node.get_logger()
-        log.error(reason) if reason else log.info("margins: kept")
+        log.error(reason) if reason not in ("", ELSEWHERE) else log.info(reason or "margins: kept")
