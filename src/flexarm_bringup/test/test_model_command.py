@@ -19,6 +19,7 @@ from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.model_file import load_model
 
 ARMS = Path(__file__).parents[2] / "flexarm_model/test/arms"
+TWO_LINK = Path(__file__).parents[3] / "docs/two_link.yaml"
 PLANAR, FIVE_BAR, SPATIAL = (str(ARMS / f"{name}.yaml") for name in ("planar", "five_bar", "spatial"))
 
 
@@ -166,3 +167,17 @@ def test_sensors_that_see_a_mode_only_together_are_said_to() -> None:
     sensors = replace(analysis.reach.sensors, share=np.full_like(analysis.reach.sensors.share, 0.9))
     row = reach_table(replace(analysis, reach=replace(analysis.reach, sensors=sensors))).rows[0]
     assert row[2] is True and str(row[3]).startswith("all together ")
+
+
+def test_a_stocky_beam_without_shear_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """100 mm wide and 400 mm long: w^2 goes with 1 / (1 + 3 E I / kappa G A L^2), nu 0.3."""
+    text = TWO_LINK.read_text(encoding="utf-8").replace("along_y: 5 mm", "along_y: 100 mm")
+    arm = tmp_path / "stocky.yaml"
+    arm.write_text(text.replace("rate: 200 Hz", "rate: 2000 Hz"), encoding="utf-8")
+    assert main(["model", str(arm)]) == 0
+    kappa = 13 / 15.3
+    error = 100 * (np.sqrt(1 + 3 * 2.6 / kappa * (0.1**2 / 12) / 0.4**2) - 1)
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"upper {error:.3g} %" in said and "add the word shear" in said
+    assert main(["model", str(TWO_LINK)]) == 0
+    assert "suspicions" not in capsys.readouterr().out

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from arms import BAR, bar, tip_mass
 
-from flexarm_model.bodies.beam import SHORTEST, BeamMesh
+from flexarm_model.bodies.beam import BeamMesh
 from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.short_elements import SHORTEST
 from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.manipulator.body_spec import Beam, Reduction
 

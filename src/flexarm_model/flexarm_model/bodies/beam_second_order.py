@@ -1,10 +1,12 @@
 """What a beam does at second order of its shapes: it shortens, and twist turns the direction of its bending.
 
 With rotation ``phi = [rx, ry, rz]`` of the sections, whose rates are the curvatures and the twist of the
-material, the line keeps its length and its sections stay normal to it [Hodges1974]: ``R' = R (phi')~`` and
-``p' = R e_x``. To second order, where the root does not twist against the frame (rx = 0)::
+material, the line keeps its length and its sections stay normal to it but for shear ``g = [0, g_y, g_z]``
+[Hodges1974]: ``R' = R (phi')~`` and ``p' = R (e_x + g)``. To second order, where the root does not twist
+against the frame (rx = 0)::
 
     p  = p_1 + 1/2 int -(ry^2 + rz^2),   int int rx ry',   int int rx rz'
+             + int phi x g
     psi = phi + 1/2 int phi x phi'
 
 The first component of p stiffens a rotating or pulled beam. The other two and psi are why a blade on edge
@@ -68,21 +70,23 @@ class SecondOrder:
     def _integrals(self, start: Array, end: Array) -> Array:
         """Return integrals over intervals within elements, (k, 6, n, n).
 
-        They are of ``-(ry^2 + rz^2) / 2``, ``rx ry'``, ``rx rz'``, the last two times x, and of
-        ``(ry rz' - rz ry') / 2``.
+        They are of the slope of the first component of p, ``rx ry'``, ``rx rz'``, the last two times x with
+        what shear adds to the other components turned round, and of ``(ry rz' - rz ry') / 2``.
         """
         point, weight = np.polynomial.legendre.leggauss(_POINTS)
         half, middle = (end - start) / 2, (end + start) / 2
         x = middle[:, None] + half[:, None] * point
         rotation = self._mesh.displacement(x.ravel())[:, 3:] @ self._basis
         _, _, d_z, d_y = (self._mesh.deformation(x.ravel()) @ self._basis).transpose(1, 0, 2)
+        g_y, g_z = (self._mesh.shear(x.ravel()) @ self._basis).transpose(1, 0, 2)
         rx, ry, rz = rotation.transpose(1, 0, 2)
         d_ry, d_rz = -d_z, d_y
         a, b = _both(rx, d_ry), _both(rx, d_rz)
         along = x.ravel()[:, None, None]
-        short = -(_both(ry, ry) + _both(rz, rz)) / 2
+        short = _both(ry, g_z - ry / 2) - _both(rz, g_y + rz / 2)
         roll = (_both(ry, d_rz) - _both(rz, d_ry)) / 2
-        parts = np.stack([short, a, b, along * a, along * b, roll], axis=1)
+        a_x, b_x = along * a + _both(rx, g_z), along * b - _both(rx, g_y)
+        parts = np.stack([short, a, b, a_x, b_x, roll], axis=1)
         shape = (*x.shape, *parts.shape[1:])
         return np.asarray(np.einsum("k,p,kpcij->kcij", half, weight, parts.reshape(shape), optimize=True))
 

@@ -13,7 +13,7 @@ from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBo
 
 Array = NDArray[np.float64]
 
-DEFORMATIONS = ("bend_y", "bend_z", "torsion", "stretch")
+DEFORMATIONS = ("bend_y", "bend_z", "torsion", "stretch", "shear")
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,7 @@ class BeamPiece:
         rigid: The piece does not deform at all (the half-body of a hinge or hub).
         reach: How far its section goes from the axis along y and z [m], (2,); inf where only its figures
             are known.
+        shear_area: Areas that bear shear along y and z evenly, kappa A [m^2], (2,); None where nobody says.
     """
 
     length: float
@@ -65,6 +66,7 @@ class BeamPiece:
     axial_rigidity: float | None = None
     rigid: bool = False
     reach: tuple[float, float] = (math.inf, math.inf)
+    shear_area: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,8 @@ class Beam:
         name: Name of the body.
         pieces: From the root outwards.
         point_masses: On the axis.
-        deformation: Subset of ``DEFORMATIONS``; the others are rigid.
+        deformation: Subset of ``DEFORMATIONS``; the others are rigid. With shear the beam is Timoshenko's in
+            the planes in which it bends.
         damping_ratio: Of every mode that strains this body alone [1].
         damping_time: Damping over stiffness [s], in addition.
         damping_rate: Damping over mass [1/s] of every mode that strains this body alone, in addition.

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from collections.abc import Callable
 
 import numpy as np
 
-from flexarm_model.bodies.beam import short_elements
 from flexarm_model.manipulator.body_spec import (
     DEFORMATIONS,
     Beam,
-    BeamPiece,
     Body,
     PointMass,
     Reduction,
@@ -21,14 +17,13 @@ from flexarm_model.manipulator.body_spec import (
 from flexarm_model.manipulator.description import WORLD, NodeRef
 from flexarm_model.reading.config_damping import read_damping
 from flexarm_model.reading.config_imported import read_imported, read_superelement
+from flexarm_model.reading.config_pieces import read_pieces
 from flexarm_model.settings.strict_yaml import Section
 
 REDUCTIONS = ("craig_bampton", "guyan")
 FRAMES = ("clamped", "chord")
 INTERFACES = ("welded", "pinned")
 PRINTED = 1e-5  # of the largest principal moment: what six digits of another program leave undecided
-_Figures: TypeAlias = tuple[float, float, float, float, tuple[float, float]]  # the last is ``reach``
-MOST_ELEMENTS = 200  # of a piece; the time that a body takes grows with their third power
 
 
 def read_bodies(top: Section) -> dict[str, Body]:
@@ -83,11 +78,9 @@ def _read_rigid(name: str, section: Section) -> RigidBody:
 
 
 def _read_beam(name: str, section: Section) -> Beam:
-    pieces = tuple(_read_piece(item) for item in section.items("pieces"))
-    if not pieces:
-        raise section.error("pieces", [], "expected at least one piece")
+    deformation = _read_deformation(section)
+    pieces = read_pieces(section, shear="shear" in deformation)
     length = sum(piece.length for piece in pieces)
-    _refuse_short_elements(section, pieces)
     masses = []
     for item in section.items("point_masses", ()):
         masses.append(
@@ -110,7 +103,7 @@ def _read_beam(name: str, section: Section) -> Beam:
         name,
         pieces,
         tuple(masses),
-        deformation=section.choices("deformation", DEFORMATIONS, at_least=1),
+        deformation=deformation,
         damping_ratio=damping.ratio,
         nodes=nodes,
         reduction=_read_reduction(section, nodes),
@@ -120,13 +113,12 @@ def _read_beam(name: str, section: Section) -> Beam:
     )
 
 
-def _refuse_short_elements(section: Section, pieces: Sequence[BeamPiece]) -> None:
-    for i, length, least in short_elements(pieces):
-        allowed = (
-            f"its elements are {length:.3g} m long, {least:.3g} m is the least (1/10000 of the beam), or "
-            "rounding is all its stiffness: give the piece fewer, make it rigid, or part of its neighbour"
-        )
-        raise section.error(f"pieces.{i}.elements", pieces[i].elements, allowed)
+def _read_deformation(section: Section) -> tuple[str, ...]:
+    """Return the ways in which a beam deforms; shear needs one in which it bends."""
+    ways = section.choices("deformation", DEFORMATIONS, at_least=1)
+    if "shear" in ways and not {"bend_y", "bend_z"} & set(ways):
+        raise section.error("deformation", list(ways), "shear goes with bend_y, bend_z or both")
+    return ways
 
 
 def _read_reduction(section: Section, nodes: dict[str, float]) -> Reduction:
@@ -150,92 +142,9 @@ def _read_station(section: Section, key: str, length: float) -> float:
     return at
 
 
-def _read_piece(item: Section) -> BeamPiece:
-    if item.flag("rigid"):
-        return _read_rigid_piece(item)
-    shape = item.section("section")
-    area, I_y, I_z, torsion, reach = _SECTIONS[shape.choice("shape", tuple(_SECTIONS))](shape)
-    shape.done()
-    E = item.quantity("youngs_modulus", "pressure", above=0.0)
-    piece = BeamPiece(
-        length=item.quantity("length", "length", above=0.0),
-        area=area,
-        I_y=I_y,
-        I_z=I_z,
-        torsion_constant=torsion,
-        E=E,
-        G=item.quantity("shear_modulus", "pressure", E / 2.6, above=0.0),  # Poisson's ratio 0.3
-        density=item.quantity("density", "density", at_least=0.0),
-        elements=item.count("elements", at_most=MOST_ELEMENTS),
-        axial_rigidity=item.quantity("axial_rigidity", "force", above=0.0)
-        if item.has("axial_rigidity")
-        else None,
-        reach=reach,
-    )
-    item.done()
-    return piece
-
-
-def _read_rigid_piece(item: Section) -> BeamPiece:
-    """Return a piece without mass that does not deform; what it weighs is a point mass."""
-    length = item.quantity("length", "length", above=0.0)
-    item.done()
-    return BeamPiece(length, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, density=0.0, elements=1, rigid=True)
-
-
-def _rectangle(shape: Section) -> _Figures:
-    """Area, I_y, I_z, torsion constant and reach of a rectangle [Roark, table 10.7]."""
-    y = shape.quantity("along_y", "length", above=0.0)
-    z = shape.quantity("along_z", "length", above=0.0)
-    a, b = max(y, z) / 2, min(y, z) / 2
-    torsion = a * b**3 * (16 / 3 - 3.36 * b / a * (1 - b**4 / (12 * a**4)))
-    return y * z, y * z**3 / 12, z * y**3 / 12, torsion, (y / 2, z / 2)
-
-
-def _tube(shape: Section) -> _Figures:
-    """Area, I_y, I_z, torsion constant and reach of a round tube or rod."""
-    outer = shape.quantity("outer_diameter", "length", above=0.0)
-    inner = shape.quantity("inner_diameter", "length", 0.0, at_least=0.0)
-    if not inner < outer:
-        raise shape.error("inner_diameter", inner, f"must be below the outer diameter, {outer:g} m")
-    second = math.pi * (outer**4 - inner**4) / 64
-    return math.pi * (outer**2 - inner**2) / 4, second, second, 2 * second, (outer / 2, outer / 2)
-
-
-def _box(shape: Section) -> _Figures:
-    """Area, I_y, I_z, torsion constant 4 A_m^2 t / s (Bredt) and reach of a box [Roark, table 10.7]."""
-    y = shape.quantity("along_y", "length", above=0.0)
-    z = shape.quantity("along_z", "length", above=0.0)
-    wall = shape.quantity("wall", "length", above=0.0)
-    if not 2 * wall < min(y, z):
-        raise shape.error("wall", wall, f"must be below half the narrower side, {min(y, z) / 2:g} m")
-    inner_y, inner_z, middle_y, middle_z = y - 2 * wall, z - 2 * wall, y - wall, z - wall
-    torsion = 2 * wall * (middle_y * middle_z) ** 2 / (middle_y + middle_z)
-    I_y, I_z = (y * z**3 - inner_y * inner_z**3) / 12, (z * y**3 - inner_z * inner_y**3) / 12
-    return y * z - inner_y * inner_z, I_y, I_z, torsion, (y / 2, z / 2)
-
-
-def _given(shape: Section) -> _Figures:
-    """Section properties as numbers."""
-    moment = "second moment of area"
-    return (
-        shape.quantity("area", "area", above=0.0),
-        shape.quantity("I_y", moment, above=0.0),
-        shape.quantity("I_z", moment, above=0.0),
-        shape.quantity("torsion_constant", moment, above=0.0),
-        (math.inf, math.inf),
-    )
-
-
 _READERS: dict[str, Callable[[str, Section], Body]] = {
     "rigid": _read_rigid,
     "beam": _read_beam,
     "imported": read_imported,
     "superelement": read_superelement,
-}
-_SECTIONS: dict[str, Callable[[Section], _Figures]] = {
-    "rectangle": _rectangle,
-    "tube": _tube,
-    "given": _given,
-    "box": _box,
 }

@@ -12,13 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.bodies.beam import rigidities, section_inertia
+from flexarm_model.bodies.beam import rigidities, section_inertia, shear_rigidities
 from flexarm_model.bodies.rigid_pieces import stretches
 from flexarm_model.manipulator.body_spec import Beam, BeamPiece
 
 Array = NDArray[np.float64]
 
-_AXIS_OF = {"bend_y": "rz", "bend_z": "ry", "torsion": "rx", "stretch": "tx"}
+_AXIS_OF = {
+    "bend_y": "rz", "bend_z": "ry", "torsion": "rx", "stretch": "tx", "shear_y": "ty", "shear_z": "tz",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -76,12 +78,22 @@ def cut_beam(beam: Beam, n: int) -> list[Segment]:
 
 def _springs(beam: Beam, start: float, end: float) -> tuple[tuple[str, str, float], ...]:
     """Return the springs of the length [start, end]: its pieces' compliances add up."""
-    compliance = dict.fromkeys(beam.deformation, 0.0)
+    compliance = dict.fromkeys(_ways(beam), 0.0)
     for piece, a, b in _overlaps(beam, start, end):
         rigidity = dict(zip(("stretch", "torsion", "bend_z", "bend_y"), rigidities(piece), strict=True))
+        if "shear" in beam.deformation:
+            rigidity |= zip(("shear_y", "shear_z"), shear_rigidities(piece), strict=True)
         for kind in compliance:
             compliance[kind] += (b - a) / rigidity[kind]
     return tuple((kind, _AXIS_OF[kind], 1 / value) for kind, value in compliance.items())
+
+
+def _ways(beam: Beam) -> list[str]:
+    """Return the ways in which a segment's springs give: shear along y and z wherever the beam bends so."""
+    ways = [way for way in beam.deformation if way != "shear"]
+    if "shear" in beam.deformation:
+        ways += [f"shear_{way[-1]}" for way in ways if way.startswith("bend")]
+    return ways
 
 
 def _inertia(beam: Beam, start: float, end: float, *, is_last: bool) -> tuple[float, float, Array]:
