@@ -169,7 +169,9 @@ def test_sensors_that_see_a_mode_only_together_are_said_to() -> None:
     assert row[2] is True and str(row[3]).startswith("all together ")
 
 
-def test_a_stocky_beam_without_shear_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_stocky_beams_without_shear_and_odd_materials_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """100 mm wide and 400 mm long: w^2 goes with 1 / (1 + 3 E I / kappa G A L^2), nu 0.3."""
     text = TWO_LINK.read_text(encoding="utf-8").replace("along_y: 5 mm", "along_y: 100 mm")
     arm = tmp_path / "stocky.yaml"
@@ -179,5 +181,10 @@ def test_a_stocky_beam_without_shear_is_told(tmp_path: Path, capsys: pytest.Capt
     error = 100 * (np.sqrt(1 + 3 * 2.6 / kappa * (0.1**2 / 12) / 0.4**2) - 1)
     said = " ".join(capsys.readouterr().out.split())
     assert f"upper {error:.3g} %" in said and "add the word shear" in said
+    arm.write_text(
+        TWO_LINK.read_text(encoding="utf-8").replace("2700 kg/m^3", "2.7 kg/m^3"), encoding="utf-8"
+    )
+    assert main(["model", str(arm)]) == 0
+    assert "bodies.upper.pieces.0.density: 2.7 kg/m^3" in capsys.readouterr().out
     assert main(["model", str(TWO_LINK)]) == 0
     assert "suspicions" not in capsys.readouterr().out

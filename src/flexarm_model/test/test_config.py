@@ -59,6 +59,7 @@ EDITS = [
     ("YAML's NaN", "damping_ratio: 0.015", "damping_ratio: .nan", ("damping_ratio", "must be finite")),
     ("infinite modulus", "208.5 GPa\n        sh", "inf GPa\n        sh", ("modulus", "must be finite")),
     ("zero length", "length: 630 mm", "length: 0 mm", ("pieces.0.length", "must be above 0")),
+    ("stiffer in shear", "modulus: 80 GPa", "modulus: 210 GPa", ("0.shear_modulus", "2.085e+11 Pa")),
     ("zero elements", "elements: 16", "elements: 0", ("elements", "0", "whole number, at least 1")),
     ("too many elements", "elements: 16", "elements: 99999", ("elements", "99999", "at most 200")),
     ("half an element", "elements: 16", "elements: 1.5", ("elements", "1.5", "whole number")),

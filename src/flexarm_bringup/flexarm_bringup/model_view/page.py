@@ -13,6 +13,7 @@ from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Cells, Column, Page, Table
 from flexarm_model.bodies.stocky import describe_stocky
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.odd_materials import describe_odd_materials
 from flexarm_model.manipulator.sensor_kinds import SENSOR_KINDS
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.modal.candidates import candidate_config, noise
@@ -102,7 +103,7 @@ def build_page(analysis: Analysis, figures: Sequence[Figure] = ()) -> Page:
     items: list[Table | Figure] = [mode_table(analysis), *figures, *mac_tables(analysis)]
     items.append(reach_table(analysis))
     remarks: dict[str, Sequence[str]] = {"Source": (config.source,)} if config.source else {}
-    if suspicions := describe_stocky(config.bodies):
+    if suspicions := (*describe_odd_materials(config.bodies), *describe_stocky(config.bodies)):
         remarks["suspicions"] = suspicions
     return Page(
         title,

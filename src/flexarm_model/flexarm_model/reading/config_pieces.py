@@ -47,7 +47,7 @@ def _read_piece(item: Section, shear: bool) -> BeamPiece:
     E = item.quantity("youngs_modulus", "pressure", above=0.0)
     if shear:
         _refuse_without_shear(item, figures)
-    G = item.quantity("shear_modulus", "pressure", E / (2 * (1 + NU)), above=0.0)
+    G = _read_shear_modulus(item, E)
     piece = BeamPiece(
         length=item.quantity("length", "length", above=0.0),
         area=figures.area,
@@ -66,6 +66,18 @@ def _read_piece(item: Section, shear: bool) -> BeamPiece:
     )
     item.done()
     return piece
+
+
+def _read_shear_modulus(item: Section, E: float) -> float:
+    """Return G [Pa]; one above E would be a Poisson's ratio below -1/2.
+
+    Above E / 2 it is odd, but a Young's modulus that was fitted to frequencies may come to lie so.
+    """
+    G = item.quantity("shear_modulus", "pressure", E / (2 * (1 + NU)), above=0.0)
+    if G > E:
+        allowed = f"is above Young's modulus, {E:.6g} Pa; a plain material has a third to half of that"
+        raise item.error("shear_modulus", item.take("shear_modulus"), allowed)
+    return G
 
 
 def _refuse_without_shear(item: Section, figures: SectionFigures) -> None:

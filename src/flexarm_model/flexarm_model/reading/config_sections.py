@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from flexarm_model.manipulator import shear_coefficient
 from flexarm_model.settings.strict_yaml import Section
 
+PRINTED = 0.01  # of a figure: what two or three digits leave undecided
+
 
 @dataclass(frozen=True)
 class SectionFigures:
@@ -92,15 +94,13 @@ def _box(shape: Section) -> SectionFigures:
 
 def _given(shape: Section) -> SectionFigures:
     """Return section properties that are told as numbers."""
-    moment = "second moment of area"
-    return SectionFigures(
-        shape.quantity("area", "area", above=0.0),
-        shape.quantity("I_y", moment, above=0.0),
-        shape.quantity("I_z", moment, above=0.0),
-        shape.quantity("torsion_constant", moment, above=0.0),
-        (math.inf, math.inf),
-        _given_shear_area(shape),
-    )
+    moments = (shape.quantity(f"I_{axis}", "second moment of area", above=0.0) for axis in "yz")
+    area, I_y, I_z = shape.quantity("area", "area", above=0.0), *moments
+    torsion = shape.quantity("torsion_constant", "second moment of area", above=0.0)
+    if torsion > (I_y + I_z) * (1 + PRINTED):
+        allowed = f"must be at most I_y + I_z, {I_y + I_z:.6g} m^4, which only round sections reach"
+        raise shape.error("torsion_constant", shape.take("torsion_constant"), allowed)
+    return SectionFigures(area, I_y, I_z, torsion, (math.inf, math.inf), _given_shear_area(shape))
 
 
 def _given_shear_area(shape: Section) -> Callable[[float], tuple[float, float]] | None:
