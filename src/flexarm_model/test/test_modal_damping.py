@@ -121,3 +121,44 @@ def test_ratios_hold_at_the_described_home_wherever_the_arm_starts() -> None:
         np.testing.assert_allclose(tree(elsewhere).D, D, rtol=0, atol=1e-9 * abs(D).max())
         moved = replace(config, home=elsewhere.home)
         assert abs(tree(moved).D - D).max() > 1e-3 * abs(D).max()
+
+
+BLADE = """
+format: flexarm/1
+name: blade
+source: made up for a test
+gravity: [0 m/s^2, 0 m/s^2, 0 m/s^2]
+bodies:
+  blade:
+    type: beam
+    pieces:
+      - length: 1 m
+        section: {shape: rectangle, along_y: 4 mm, along_z: 40 mm}
+        youngs_modulus: 70 GPa
+        density: 2700 kg/m^3
+        elements: 20
+    point_masses: [{name: load, at: 1 m, mass: 1 kg}]
+    deformation: [bend_y]
+    damping_ratio: 1 %
+    nodes: {end: 1 m}
+    reduction: {method: craig_bampton, modes: 6, frame: clamped}
+joints:
+  base: {parent: world, child: blade.root, axes: {rz: {actuated: true, rotor_inertia: 1 kg m^2}}}
+tip: blade.end
+served: {modes: 2, home: [0 deg], rate: 200 Hz}
+"""
+
+
+@pytest.mark.parametrize(("stands", "along_x"), [("lies", 0.0), ("stands", -9.81), ("hangs", 9.81)])
+def test_weight_changes_frequencies_and_leaves_the_rates_of_damping(
+    tmp_path: Path, stands: str, along_x: float
+) -> None:
+    (tmp_path / "blade.yaml").write_text(BLADE, encoding="utf-8")
+    lying = load_config(tmp_path / "blade.yaml")
+    config = replace(lying, gravity=np.array([along_x, 0.0, 0.0]))
+    free, model = (linearize(ReducedTree(arm, use_compiler=False)) for arm in (lying, config))
+    print(f"{stands}: {model.omega[0] / (2 * np.pi):.3f} Hz, {100 * model.zeta[0]:.2f} %")
+    assert free.zeta == pytest.approx(0.01, rel=1e-9)
+    assert model.zeta * model.omega == pytest.approx(free.zeta * free.omega, rel=1e-3)
+    expected = {"lies": 1.0, "stands": 1.19, "hangs": 0.88}[stands]
+    assert 100 * model.zeta[0] == pytest.approx(expected, abs=0.005)
