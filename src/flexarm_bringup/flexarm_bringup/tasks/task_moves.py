@@ -215,10 +215,8 @@ def _read_profile(section: Section) -> Profile:
         return Quintic(1.0, duration)
     first, last = section.quantities("ramps", ["time"] * 2)
     if min(first, last) <= 0.0 or first + last > duration * (1.0 + ROUNDING):
-        allowed = (
-            f"both must be > 0 s, together, {first + last:.6g} s, at most the duration, {duration:.6g} s"
-        )
-        raise section.error("ramps", section.take("ramps"), allowed)
+        why = f"both must be > 0 s, together, {first + last:.6g} s, at most the duration, {duration:.6g} s"
+        raise section.error("ramps", section.take("ramps"), why)
     return Trapezoid(1.0, duration, float(first), float(last))
 
 
