@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.demo_run.motions import Move, reference_of
+from flexarm_bringup.loop_effort import Effort, LoopWatch
 from flexarm_bringup.record import RunRecord, stack
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
@@ -58,27 +59,6 @@ class LoopSettings:
     rig: RigSettings = field(default_factory=RigSettings)
     schedule: ScheduleSettings = field(default_factory=ScheduleSettings)
     margins: MarginConfig | None = None
-
-
-@dataclass(frozen=True)
-class Effort:
-    """What a run took.
-
-    Attributes:
-        speed: Simulated seconds per second of CPU time from ``WARM_UP`` on, rig and record included [1].
-        served: Models adopted on the way.
-        adopt_time: CPU time of making and adopting them [s].
-        unusable: Share of the periods in which the controller had no usable state or no plan [1].
-        is_led: Whether the law itself chose the torque, tick by tick, (n,).
-        guard: Why the guard stopped the arm, and what the estimator said then; empty when it did not.
-    """
-
-    speed: float
-    served: int
-    adopt_time: float
-    unusable: float
-    guard: str
-    is_led: tuple[bool, ...] = ()
 
 
 Observer = Callable[[Hardware, Estimate], Mapping[str, Array]]
@@ -154,8 +134,8 @@ def run_loop(
     if fault:
         raise ValueError(fault)
     hardware.guard.arm(0.0, TOKEN)
-    started, adopting, is_led = time.process_time(), 0.0, list[bool]()
-    samples, ticks, stop = hardware.observe(), [], ""
+    started, adopting, watch = time.process_time(), 0.0, LoopWatch(law.law)
+    samples, ticks = hardware.observe(), []
     n, warm = round(end / hardware.dt), round(WARM_UP / hardware.dt)
     coming = schedule.poses(model.pose, float(reference.t[-1]), _between_looks_ns(hardware.dt))
     due = next(coming, NONE_TO_COME)
@@ -166,21 +146,12 @@ def run_loop(
             due = next(coming, NONE_TO_COME)
         estimate = estimator.step(measurements(samples, hardware), np.array(hardware.acted), hardware.t)
         command = controller.step(arm_state(estimate))
-        is_led.append(command.mode == law.law)
         ticks.append(observe(hardware, estimate))
         samples = hardware.advance()
         hardware.choose_torque(command.for_guard(k + 1, TOKEN))
-        stop = stop or stopped_by(hardware, estimate)
+        watch.note(command, hardware, estimate)
     speed = (n - warm) * hardware.dt / (time.process_time() - started)
-    return ticks, Effort(speed, schedule.served, adopting, is_led.count(False) / n, stop, tuple(is_led))
-
-
-def stopped_by(hardware: Hardware, estimate: Estimate) -> str:
-    """Return why the guard has stopped the arm, and where that is no usable state, why there is none."""
-    reason = hardware.guard.reason
-    if not reason or estimate.is_usable:
-        return reason
-    return f"{reason}; the estimator says: {estimate.reason}"
+    return ticks, watch.effort(speed, schedule.served, adopting)
 
 
 def _refusal(

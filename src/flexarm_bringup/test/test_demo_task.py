@@ -12,12 +12,12 @@ import pytest
 
 pytest.importorskip("domain_coordinator", reason="needs ROS")
 
-from flexarm_bringup.closed_loop import Effort
 from flexarm_bringup.demo_run import nodes_runs, task_command
 from flexarm_bringup.demo_run.task_report import build_page
 from flexarm_bringup.demo_run.task_session import TaskRun, task_settings, torque_difference
 from flexarm_bringup.demo_run.timekeeping import Timekeeping
 from flexarm_bringup.demo_run.unfinished import unfinished
+from flexarm_bringup.loop_effort import Effort
 from flexarm_bringup.page.report import Table
 from flexarm_bringup.processes.session import Session, SessionError
 from flexarm_bringup.progress import Progress

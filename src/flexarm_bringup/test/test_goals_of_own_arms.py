@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexarm_bringup.closed_loop import observe_tick, run_loop, stopped_by
+from flexarm_bringup.closed_loop import observe_tick, run_loop
+from flexarm_bringup.loop_effort import stopped_by
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim_run.study import loop_settings

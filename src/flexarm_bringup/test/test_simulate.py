@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.cli import main
-from flexarm_bringup.closed_loop import Effort
+from flexarm_bringup.loop_effort import Effort
 from flexarm_bringup.page.report import Table
 from flexarm_bringup.sim_run.conditions import NOMINAL
 from flexarm_bringup.sim_run.report import build_page, gain_db, is_stable
@@ -33,12 +33,11 @@ moves: {out: {by: {base.rz: 10 deg}, duration: 0.5 s, ramps: [0.3 s, 96 ms]}}
 """
 
 
-def result(
-    law: str, acceleration: float, growth: float = 0.1, guard: str = "", lost: float = 0.0
-) -> SimResult:
+def result(law: str, acceleration: float, growth: float = 0.1, **changes: Any) -> SimResult:
     leg = LegResult(Leg("out", 0.5, 1.0), Residual(acceleration, 1e-3, 0.1, growth), 1e-3, 0.5)
     trace = Trace(np.zeros(1), np.zeros((1, 3)), np.zeros((1, 1)))
-    return SimResult("", "as described", law, (leg,), Effort(4.0, 0, 0.0, lost, guard), trace)
+    effort = replace(Effort(4.0, 0, 0.0, unusable=0.0, guard=""), **changes)
+    return SimResult("", "as described", law, (leg,), effort, trace)
 
 
 def test_the_command_prints_and_writes_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -155,7 +154,7 @@ def test_a_run_is_unstable_when_stopped_or_when_its_vibration_grows_beyond_the_b
     assert is_stable(result("mpc", 2.0, growth=0.5), baseline)
     assert not is_stable(result("mpc", 2.0, growth=1.5), baseline)
     assert not is_stable(result("mpc", 0.1, guard="no command for 50 ms"), baseline)
-    assert not is_stable(result("mpc", 0.0, lost=1.0), baseline)  # it stood still
+    assert not is_stable(result("mpc", 0.0, unusable=1.0), baseline)  # it stood still
 
 
 @pytest.mark.parametrize(
@@ -176,7 +175,11 @@ def test_speed_is_judged_at_that_of_the_class_of_machine(slow: float, is_kept: b
     ("told", "changes"),
     [
         ("the guard stopped it: no command for 50 ms", {"guard": "no command for 50 ms"}),
-        ("no usable state or no plan in 100 % of the periods", {"lost": 1.0}),
+        ("no usable state or no plan in 100 % of the periods", {"unusable": 1.0}),
+        (
+            "at 1.945 s: lost: the motion is given up",
+            {"given_up": "at 1.945 s: lost: the motion is given up"},
+        ),
     ],
 )
 @pytest.mark.parametrize("law", ["pd", "mpc"])

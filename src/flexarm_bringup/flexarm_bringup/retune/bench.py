@@ -10,7 +10,7 @@ from flexarm_bringup.closed_loop import run_loop
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim_run.study import loop_settings, observe_tip
+from flexarm_bringup.sim_run.study import loop_settings, lost_state, observe_tip
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task import Task
@@ -31,12 +31,12 @@ class Outcome:
     Attributes:
         residuals: After each move.
         tracking: Largest distance of the tip from where the reference wants it [m].
-        guard: Why the guard stopped the arm; empty when it did not.
+        stopped: Why the guard stopped the arm, or a state that was lost; empty when all went well.
     """
 
     residuals: tuple[Residual, ...]
     tracking: float
-    guard: str
+    stopped: str
 
     @property
     def residual(self) -> Residual:
@@ -87,7 +87,7 @@ class Bench:
         left = tuple(read_residual(t, tip, leg.start, leg.end, self._task.watch) for leg in course.legs)
         moving = (t >= course.legs[0].start) & (t <= course.legs[-1].end)
         tracking = np.linalg.norm(tip - course.tip_at(t), axis=1)[moving].max()
-        return Outcome(left, float(tracking), effort.guard)
+        return Outcome(left, float(tracking), effort.guard or lost_state(effort))
 
 
 def together(left: tuple[Residual, ...]) -> Residual:

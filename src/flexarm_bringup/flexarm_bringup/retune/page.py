@@ -102,9 +102,9 @@ def _worth(trials: Pair, unlearned: Pair | None) -> Table:
         f"{min(gains):.1f} to {max(gains):.1f} dB",
     ]
     notes += [
-        f"{when}: the guard stopped the arm: {trial.guard}"
+        f"{when}: the arm was not led to the end: {trial.stopped}"
         for when, trial in _both(before, after)
-        if trial.guard
+        if trial.stopped
     ]
     return Table("What it is worth", heads, rows, notes)
 

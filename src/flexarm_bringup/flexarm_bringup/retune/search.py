@@ -135,7 +135,7 @@ def score_of(outcomes: Sequence[Outcome]) -> Score:
     """Return the score of several runs."""
     residual = together(tuple(left for one in outcomes for left in one.residuals))
     tracking = max(one.tracking for one in outcomes)
-    return Score(residual.acceleration, tracking, residual.settling, any(one.guard for one in outcomes))
+    return Score(residual.acceleration, tracking, residual.settling, any(one.stopped for one in outcomes))
 
 
 def search(

@@ -23,7 +23,7 @@ class Trial:
     Attributes:
         residual: Of all moves of all runs together: RMS accelerations and distances, longest settling.
         tracking: Largest distance of the tip from where the reference wants it [m].
-        guard: Why the guard stopped the arm; empty when it did not.
+        stopped: Why the guard stopped the arm, or a state that was lost; empty when all went well.
         runs: Residual acceleration of every run, each with noise of its own [m/s^2].
         margins: Smallest gain [dB] and delay [s] margin of every path, as this description has the arm.
         trouble: What of the margins falls short; empty when nothing does.
@@ -31,7 +31,7 @@ class Trial:
 
     residual: Residual
     tracking: float
-    guard: str
+    stopped: str
     runs: tuple[float, ...]
     margins: Mapping[str, tuple[float, float]]
     trouble: str
@@ -64,7 +64,7 @@ def run_trial(  # noqa: PLR0913, two descriptions, two of what belongs to each
     return Trial(
         together(tuple(left for one in found for left in one.residuals)),
         max(one.tracking for one in found),
-        next((one.guard for one in found if one.guard), ""),
+        next((one.stopped for one in found if one.stopped), ""),
         tuple(one.residual.acceleration for one in found),
         margins,
         trouble,

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.closed_loop import Effort, LoopSettings, run_loop
+from flexarm_bringup.closed_loop import LoopSettings, run_loop
+from flexarm_bringup.loop_effort import Effort
 from flexarm_bringup.margins.study import Loop
 from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.sim.hardware import Hardware
@@ -113,15 +114,15 @@ class SimResult:
 
     @property
     def failure(self) -> str:
-        """Why its figures say nothing of the law: the guard's reason, or no state; empty when they do."""
+        """Why its figures say nothing of the law: the guard's reason, or a state lost; empty when they do."""
         guard = self.effort.guard
         return f"the guard stopped it: {guard}" if guard else lost_state(self.effort)
 
 
 def lost_state(effort: Effort) -> str:
-    """Return in how many periods the law did not lead the arm; empty when they are few."""
-    if effort.unusable <= MOST_LOST:
-        return ""
+    """Return when and why the motion was given up, or how often the law did not lead; empty when seldom."""
+    if effort.given_up or effort.unusable <= MOST_LOST:
+        return effort.given_up
     return f"no usable state or no plan in {100 * effort.unusable:.0f} % of the periods"
 
 
