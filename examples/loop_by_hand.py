@@ -70,7 +70,7 @@ def turn(angle_deg: float = 10.0, seconds: float = 2.5) -> dict[str, float]:
     samples, tau, acted = rig.observe(), np.array(guard.holding), np.zeros(1)
     for k in range(round(seconds / rig.dt)):
         t = rig.time_of(rig.tick)
-        heard = [Measurement(s.sensor, rig.time_of(s.tick), s.y) for s in samples]
+        heard = [Measurement(s.sensor, rig.time_of(s.tick, s.late_ns), s.y) for s in samples]
         command = controller.step(arm_state(estimator.step(heard, acted, t)))
         motors.update(samples)
         measured = GuardState(tuple(motors.velocity), tuple(motors.position))

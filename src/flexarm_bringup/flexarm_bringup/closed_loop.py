@@ -207,7 +207,10 @@ def observe_tick(hardware: Hardware, estimate: Estimate) -> dict[str, Array]:
 def measurements(samples: Sequence[Sample], hardware: Hardware) -> list[Measurement]:
     """Return samples of the rig as the estimator takes them."""
     time_of, now, t = hardware.rig.time_of, hardware.tick, hardware.t
-    return [Measurement(sensor, t if tick == now else time_of(tick), y) for sensor, _, tick, y in samples]
+    return [
+        Measurement(sensor, t if tick == now and not late_ns else time_of(tick, late_ns), y)
+        for sensor, _, tick, y, late_ns in samples
+    ]
 
 
 def arm_state(estimate: Estimate) -> ArmState:

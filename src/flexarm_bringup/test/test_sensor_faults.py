@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -85,8 +85,28 @@ def test_a_slow_sensor_keeps_its_rate() -> None:
 def test_a_delay_moves_the_arrival_and_not_the_stamp() -> None:
     late = carried(SensorFault("delayed", delay=0.06, jitter=0.02))
     delays = np.array([arrival.tick - arrival.sample.tick for arrival in late])
-    assert (delays.min(), delays.max()) == (8, 16)
-    assert abs(delays.mean() - 12.0) < 0.5
+    assert (delays.min(), delays.max()) == (9, 16)  # heard at the first tick after 40 to 80 ms
+    assert abs(delays.mean() - 12.5) < 0.5
+
+
+@pytest.mark.parametrize(("delay", "ticks"), [(0.0, 0), (0.06, 12), (0.0601, 13), (0.0575, 12)])
+def test_no_sample_is_heard_before_it_has_come(delay: float, ticks: int) -> None:
+    faulty = carried(SensorFault("delayed", delay=delay))
+    assert {arrival.tick - arrival.sample.tick for arrival in faulty} == {ticks}
+    config = load_config(find_manipulator("single_link"))
+    (camera,) = (replace(spec, latency=delay) for spec in config.sensors if spec.kind == "camera")
+    rig = Rig(replace(config, sensors=(camera,)))
+    heard = [(rig.tick, sample.tick) for _ in range(40) for sample in rig.rest()]
+    assert heard and {now - taken for now, taken in heard} == {ticks}
+
+
+@pytest.mark.parametrize("error", [-0.0426, -0.05, 0.0, 1e-9, 0.0624])
+def test_a_wrong_stamp_is_off_to_the_nanosecond(error: float) -> None:
+    config = load_config(find_manipulator("single_link"))
+    rig = Rig(config, faults={"encoder": SensorFault("wrong", stamp=error)})
+    for sample in rig.rest():
+        off = rig.time_of(sample.tick, sample.late_ns) - rig.dt
+        assert off == pytest.approx(error if sample.sensor == "encoder" else 0.0, abs=1e-12)
 
 
 def test_an_intermittent_sensor_is_silent_for_its_share_of_every_period() -> None:

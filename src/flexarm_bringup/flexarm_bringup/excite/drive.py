@@ -127,5 +127,7 @@ class Drive:
             first = self._first.get(sample.sensor)
             if first is None:
                 continue
-            if 0 <= sample.tick - start < len(y):
-                y[sample.tick - start, first : first + sample.y.size] = sample.y
+            late = 1e-9 * sample.late_ns - self.channels[first].spec.stamp_delay  # s
+            row = sample.tick - start + round(late / self.hardware.dt)
+            if 0 <= row < len(y):
+                y[row, first : first + sample.y.size] = sample.y

@@ -217,7 +217,8 @@ def _by_tick(arrivals: Sequence[Arrival], lines: Mapping[str, FaultLine], n: int
 
 
 def _measured(arrival: Arrival, dt: float, clock: Callable[[float], float]) -> Measurement:
-    return Measurement(arrival.sample.sensor, clock(arrival.sample.tick * dt), arrival.sample.y)
+    sample = arrival.sample
+    return Measurement(sample.sensor, clock(sample.tick * dt + 1e-9 * sample.late_ns), sample.y)
 
 
 def trace_of(t: Array, tip: Array, estimates: Sequence[Estimate], touched: Mapping[str, int]) -> Trace:

@@ -47,14 +47,16 @@ def move_rig(
     used = encoder_of_axes(config)
     say("rig: building")
     rig = Rig(config, settings)
-    heard: dict[str, dict[int, float]] = {name: {} for name in used.values()}  # by the tick of its stamp
+    heard: dict[str, dict[float, float]] = {name: {} for name in used.values()}  # by instant [periods]
+    delays = {spec.name: spec.stamp_delay for spec in config.sensors}
     torques: list[Array] = []
 
     def hear(rig: Rig, samples: list[Sample], tau: Array) -> None:
         """Note what the encoders say, and the torque."""
         for sample in samples:
             if sample.sensor in heard:
-                heard[sample.sensor][sample.tick] = float(sample.y[0])
+                late = 1e-9 * sample.late_ns - delays[sample.sensor]  # s
+                heard[sample.sensor][sample.tick + late / rig.dt] = float(sample.y[0])
         torques.append(tau)
         if not rig.tick % round(1.0 / rig.dt):
             say(f"moving: {rig.tick * rig.dt:.0f} of {duration:.0f} s")

@@ -48,21 +48,24 @@ def samples_to_msgs(
         stamp_of: Stamp [ns] of a tick.
     """
     specs = {spec.name: spec for spec in config.sensors}
-    strains = [strain_msg(specs, together, stamp_of(tick)) for tick, together in gauges(samples).items()]
+    strains = [
+        strain_msg(specs, together, stamp_of(tick) + late_ns)
+        for (tick, late_ns), together in gauges(samples).items()
+    ]
     return strains + [
-        sample_msg(specs[sample.sensor], sample, stamp_of(sample.tick))
+        sample_msg(specs[sample.sensor], sample, stamp_of(sample.tick) + sample.late_ns)
         for sample in samples
         if sample.kind in _CONVERT
     ]
 
 
-def gauges(samples: Sequence[Sample]) -> dict[int, list[Sample]]:
-    """Return what strain gauges delivered, by the tick of their stamp."""
-    by_tick: dict[int, list[Sample]] = {}
+def gauges(samples: Sequence[Sample]) -> dict[tuple[int, int], list[Sample]]:
+    """Return what strain gauges delivered, by their stamp: tick, and time after it [ns]."""
+    by_stamp: dict[tuple[int, int], list[Sample]] = {}
     for sample in samples:
         if sample.kind == "strain_gauge":
-            by_tick.setdefault(sample.tick, []).append(sample)
-    return by_tick
+            by_stamp.setdefault((sample.tick, sample.late_ns), []).append(sample)
+    return by_stamp
 
 
 def told_axes(drives: Drives) -> tuple[tuple[str, ...], list[float], list[float], list[float]]:

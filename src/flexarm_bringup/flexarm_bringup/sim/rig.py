@@ -163,9 +163,9 @@ class Rig:
             sensor.set_fault(self.faults.get(sensor.spec.name))
         self._give_drives_their_own()
 
-    def time_of(self, tick: int) -> float:
-        """Return the instant of a tick [s], rounded as a stamp is."""
-        return tick * self.period_ns * 1e-9
+    def time_of(self, tick: int, late_ns: int = 0) -> float:
+        """Return the instant so long after a tick [s], rounded as a stamp is."""
+        return (tick * self.period_ns + late_ns) * 1e-9
 
     def observe(self) -> list[Sample]:
         """Return what the sensors deliver at the present tick."""

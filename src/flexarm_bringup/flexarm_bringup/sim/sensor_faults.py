@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.sim.sample import Sample
+from flexarm_bringup.sim.sample import Sample, ticks_until_heard
 from flexarm_model.manipulator.sensor_kinds import ROTATION
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
@@ -185,8 +185,8 @@ def _wrong(line: FaultLine, arrival: Arrival) -> list[Arrival]:
     place = [channel not in ROTATION for channel in line.spec.channels]  # no factor, no limit turns a pose
     y = sample.y.copy()
     y[place] = np.clip(fault.factor * y[place], -fault.limit, fault.limit)
-    tick = sample.tick + round(fault.stamp / line.dt)
-    return [Arrival(arrival.tick, sample._replace(y=y, tick=tick, sensor=fault.named or sample.sensor))]
+    told = sample._replace(y=y, sensor=fault.named or sample.sensor)
+    return [Arrival(arrival.tick, told.stamped_later(fault.stamp, line.dt))]
 
 
 def _slow(line: FaultLine, arrival: Arrival) -> list[Arrival]:
@@ -200,7 +200,7 @@ def _slow(line: FaultLine, arrival: Arrival) -> list[Arrival]:
 
 def _delayed(line: FaultLine, arrival: Arrival) -> list[Arrival]:
     delay = line.fault.delay + line.fault.jitter * line.rng.uniform(-1.0, 1.0)
-    return [Arrival(arrival.sample.tick + max(0, round(delay / line.dt)), arrival.sample)]
+    return [Arrival(arrival.sample.tick + ticks_until_heard(delay, line.dt), arrival.sample)]
 
 
 def _intermittent(line: FaultLine, arrival: Arrival) -> list[Arrival]:

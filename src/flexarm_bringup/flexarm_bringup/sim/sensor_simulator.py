@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.sim.plant import Plant
-from flexarm_bringup.sim.sample import Sample
+from flexarm_bringup.sim.sample import Sample, ticks_until_heard
 from flexarm_bringup.sim.sensor_faults import Arrival, FaultLine, SensorFault
 from flexarm_estimator.tool.seen_pose import seen_pose
 from flexarm_model.manipulator.sensor_spec import SensorSpec
@@ -57,14 +57,13 @@ class SensorSimulator:
         self._seed = seed
         self._waiting: list[Arrival] = []
         self._exposures = 0
-        self._delay = round(spec.latency / dt)  # ticks
-        self._late = round(spec.stamp_delay / dt)  # ticks; so much later than the sample is its stamp
+        self._delay = ticks_until_heard(spec.latency, dt)
         self.set_fault(fault)
 
     def set_fault(self, fault: SensorFault | None) -> None:
         """Change what is wrong with it from now on; None for nothing. Samples on their way still arrive."""
         self._line = FaultLine(fault or SensorFault(), self.spec, self._dt, self._seed)
-        self._is_prompt = fault is None and not (self._delay or self._late)
+        self._is_prompt = fault is None and not (self._delay or self.spec.stamp_delay)
 
     @property
     def is_direct(self) -> bool:
@@ -91,7 +90,9 @@ class SensorSimulator:
             return []
         arrived = [arrival.sample for arrival in self._waiting if arrival.tick <= tick]
         self._waiting = [arrival for arrival in self._waiting if arrival.tick > tick]
-        return [sample._replace(tick=sample.tick + self._late) for sample in arrived]
+        if not self.spec.stamp_delay:
+            return arrived
+        return [sample.stamped_later(self.spec.stamp_delay, self._dt) for sample in arrived]
 
     def _next_noise(self) -> Array:
         """Return the noise of one sample, (m,); drawn many at a time, which gives the same and takes less."""

@@ -72,12 +72,16 @@ class TickWriter:
             samples: What arrived at this tick.
             stamp_of: Stamp [ns] of a tick.
         """
-        written = [self._gauges(together, stamp_of(tick)) for tick, together in gauges(samples).items()]
+        written = [
+            self._gauges(together, stamp_of(tick) + late_ns)
+            for (tick, late_ns), together in gauges(samples).items()
+        ]
         for sample in samples:
+            stamp_ns = stamp_of(sample.tick) + sample.late_ns
             if sample.kind in self._imu:
-                written.append(self._inertial(sample, stamp_of(sample.tick)))
+                written.append(self._inertial(sample, stamp_ns))
             elif sample.kind == "camera":
-                written.append(sample_msg(self._specs[sample.sensor], sample, stamp_of(sample.tick)))
+                written.append(sample_msg(self._specs[sample.sensor], sample, stamp_ns))
         return written
 
     def _gauges(self, samples: Sequence[Sample], stamp_ns: int) -> Outgoing:
