@@ -19,11 +19,19 @@ RK4_STABILITY = 2.5  # largest |pole| h; the limit is 2.83 on the imaginary, 2.7
 RK4_RESOLUTION = 0.2  # rad that the fastest served mode turns in a step: it loses 1e-6 of its energy there
 
 
-def substeps_needed(tree: ReducedTree, dt: float) -> int:
-    """Return how many substeps a period needs: stable for the fastest pole, true to the served modes."""
+def substeps_needed(tree: ReducedTree, dt: float, friction: float = 0.0) -> int:
+    """Return how many substeps a period needs: stable for the fastest pole, true to the served modes.
+
+    Args:
+        tree: The arm.
+        dt: Control period [s].
+        friction: Coulomb friction of the actuated axes [N m or N]; at rest it damps like its slope.
+    """
     fastest = max(float(body.omega.max(initial=1.0)) for body in tree.bodies.values())
     n, (M, D, K, _) = tree.n_q, tree.linearisation(tree.loops.home)
-    A = np.zeros((2 * n, 2 * n))
+    A, t = np.zeros((2 * n, 2 * n)), tree.actuated
+    D = np.array(D)
+    D[t, t] += friction / FRICTION_SLOPE
     A[:n, n:] = np.eye(n)
     A[n:] = -np.linalg.solve(M, np.hstack([K, D]))
     # the actuated axes make the poles faster than those of the clamped bodies

@@ -18,7 +18,7 @@ from scipy.linalg import cython_blas, cython_lapack
 from scipy.linalg.lapack import dgesv, dposv
 
 from flexarm_bringup.sim.backlash import gaps_of
-from flexarm_bringup.sim.friction import FRICTION_SLOPE, friction_and_slope
+from flexarm_bringup.sim.friction import FRICTION_SLOPE, TANGENT, friction_over_step, tighten
 from flexarm_bringup.sim.implicit_parts import EntriesLayout, find_parts
 from flexarm_model.numeric.machine_code import MachineCode, load_code
 from flexarm_model.tree.closing import MachineClosing, code_places
@@ -70,6 +70,7 @@ class PlainPeriod(Period):
         self._free = np.setdiff1d(np.arange(n + m), [] if stepping.is_driven else self._t)
         self._gaps = gaps_of(tree)
         self._matrix, self._right = np.zeros((n + m, n + m), order="F"), np.zeros(n + m)
+        self._grip = np.zeros(len(self._t), dtype=np.int64)
 
     def advance(self, q: Array, v: Array, u: Array) -> tuple[Array, Array, Array]:
         """See Period."""
@@ -77,8 +78,9 @@ class PlainPeriod(Period):
         dv = np.zeros_like(v)
         for _ in range(self._stepping.substeps):
             dv = np.zeros_like(v)
+            self._grip[:] = TANGENT
             for _ in range(self._stepping.passes):
-                dv = self._change(q, v, dv, u)
+                dv = self._settled(q, v, dv, u)
             q += h * (v + dv / 2)
             v += dv
         if self._tree.n_c:
@@ -89,6 +91,17 @@ class PlainPeriod(Period):
         """See Period."""
         self._tree, h = tree, self._stepping.h
         self._constant = np.asfortranarray(h**2 / 4 * tree.K + h / 2 * tree.D)
+
+    def _settled(self, q: Array, v: Array, guess: Array, u: Array) -> Array:
+        """Return the change of velocity over one step in which friction pushes no axis, (n_q,)."""
+        t, level = self._t, self._stepping.friction
+        while True:
+            dv = self._change(q, v, guess, u)
+            if not (level and self._stepping.is_driven):
+                return dv
+            force, rise = friction_over_step(level, v[t], self._grip)
+            if not tighten(self._grip, force, rise, v[t], dv[t]):
+                return dv
 
     def _change(self, q: Array, v: Array, guess: Array, u: Array) -> Array:
         """Return the change of velocity over one step, (n_q,), with all functions where a guess leads."""
@@ -104,9 +117,9 @@ class PlainPeriod(Period):
             np.multiply(G @ v, -2.0, out=b[n:])
         t, change = self._t, np.zeros(n + tree.n_c)
         if self._stepping.is_driven:
-            force, slope = friction_and_slope(self._stepping.friction, v[t])
+            force, rise = friction_over_step(self._stepping.friction, v[t], self._grip)
             b[t] += h * (u - force)
-            A[t, t] += h / 2 * slope
+            A[t, t] += h * rise
         else:
             change[t] = h * u
         if (gaps := self._gaps.index).size:
@@ -130,7 +143,7 @@ class _Layout(ctypes.Structure):
     _fields_ = [
         *((name, ctypes.c_int64) for name in ("n", "m", "free", "heavy", "axes", "substeps", "passes")),
         *((name, ctypes.c_double) for name in ("h", "friction", "slope")),
-        *((name, ctypes.c_void_p) for name in ("axis", "order", "constant")),
+        *((name, ctypes.c_void_p) for name in ("axis", "grip", "order", "constant")),
         ("gaps", ctypes.c_int64),
         *((name, ctypes.c_void_p) for name in ("gap", "half", "stiffness", "damping")),
         *((name, EntriesLayout) for name in ("inside", "across", "among", "led", "loop")),
@@ -154,7 +167,8 @@ class MachinePeriod(Period):
         self._axis, k = np.array(t, dtype=np.int64), self._parts.free
         self._mass, self._bias = (MachineCode(tree.functions[name]) for name in ("mass_matrix", "bias"))
         self._work = np.zeros(4 * n + k * k + k + (k + 1) * m + m * (k + 1) + m * m)
-        arrays, gaps = (self._axis, self._parts.order, self._constant), gaps_of(tree)
+        self._grip, gaps = np.zeros(len(t), dtype=np.int64), gaps_of(tree)
+        arrays = self._axis, self._grip, self._parts.order, self._constant
         self._gaps = gaps.index, gaps.half, gaps.stiffness, gaps.damping
         blas = (routine(cython_blas, "dsyr2k"), routine(cython_lapack, "dposv"))
         self._layout = _Layout(

@@ -21,7 +21,9 @@ struct period {
     int64_t n, m, free, heavy, axes, substeps, passes; /* m rows close loops; free coordinates are solved for, dependent
                                                   left out; only the first heavy ones of those bear anything */
     double h, friction, slope;           /* s, N m, rad/s */
-    const int64_t *axis, *order;         /* actuated axes; free coordinates, the m dependent ones, the others */
+    const int64_t *axis;                 /* actuated axes */
+    int64_t *grip;                       /* how the friction of each is taken in this step: see friction.py */
+    const int64_t *order;                /* free coordinates, the m dependent ones, the others */
     const double *constant;              /* h^2/4 K + h/2 D, (n, n), symmetric */
     int64_t gaps;                        /* springs with play: where they are, half of it, their springs in contact */
     const int64_t *gap;
@@ -116,6 +118,30 @@ static void release(const struct period *s, const double *middle, const double *
     }
 }
 
+/* Friction of an axis at velocity v over a step: force + rise dv, by its grip. */
+static void rub(const struct period *s, double v, int64_t grip, double *force, double *rise)
+{
+    double ramp = tanh(v / s->slope), chord = v ? s->friction * ramp / v : s->friction / s->slope;
+    *force = s->friction * ramp;
+    *rise = grip == 0 ? s->friction * (1 - ramp * ramp) / s->slope / 2 : grip == 1 ? chord : chord / 2;
+}
+
+/* Take another grip where friction would push an axis over a step; returns whether there is one. */
+static int64_t tighten(const struct period *s, const double *v, const double *dv)
+{
+    int64_t found = 0;
+    for (int64_t a = 0; a < s->axes; a++) {
+        int64_t i = s->axis[a];
+        double force, rise;
+        rub(s, v[i], s->grip[a], &force, &rise);
+        if (s->grip[a] < 2 && (force + rise * dv[i]) * (v[i] + dv[i] / 2) < 0.0) {
+            s->grip[a]++;
+            found = 1;
+        }
+    }
+    return found;
+}
+
 /* dv of one step from (q, v), all functions being those where a guess of dv leads; prescribed parts of dv are given
    and kept. Returns 0 when there is none. */
 static int64_t change(const struct period *s, const double *v, const double *guess, const double *u, double *M,
@@ -131,9 +157,11 @@ static int64_t change(const struct period *s, const double *v, const double *gue
             add_row(n, guess[j], s->constant + j * n, b);
     for (int64_t a = 0; u && a < s->axes; a++) {
         int64_t i = s->axis[a];
-        double ramp = s->friction ? tanh(v[i] / s->slope) : 0.0;
-        b[i] += s->h * (u[a] - s->friction * ramp);
-        M[i + i * n] += s->h / 2 * s->friction * (1 - ramp * ramp) / s->slope;
+        double force = 0.0, rise = 0.0;
+        if (s->friction)
+            rub(s, v[i], s->grip[a], &force, &rise);
+        b[i] += s->h * (u[a] - force);
+        M[i + i * n] += s->h * rise;
     }
     release(s, s->work, s->work + n, guess, M, b);
     for (int64_t e = 0; e < s->led.count; e++) {
@@ -175,7 +203,8 @@ int64_t flexarm_advance(const struct period *s, double *q, double *v, const doub
     double *middle = s->work, *mean = middle + s->n, *guess = mean + s->n, *rest = guess + s->n;
     for (int64_t step = 0; step < s->substeps; step++) {
         memset(guess, 0, s->n * sizeof *guess);
-        for (int64_t pass = 0; pass < s->passes; pass++) {
+        memset(s->grip, 0, s->axes * sizeof *s->grip);
+        for (int64_t pass = 0; pass < s->passes;) {
             for (int64_t i = 0; i < s->n; i++) {
                 mean[i] = v[i] + guess[i] / 2;
                 middle[i] = q[i] + s->h / 2 * mean[i];
@@ -190,6 +219,9 @@ int64_t flexarm_advance(const struct period *s, double *q, double *v, const doub
                 dv[s->order[j]] = 0.0;
             if (!change(s, v, guess, u, s->mass->res[0], dv, rest))
                 return 0;
+            if (u && s->friction && tighten(s, v, dv))
+                continue; /* the same pass again */
+            pass++;
             memcpy(guess, dv, s->n * sizeof *guess);
         }
         for (int64_t i = 0; i < s->n; i++) {

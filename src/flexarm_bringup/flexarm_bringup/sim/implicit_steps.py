@@ -1,7 +1,7 @@
 """Linearly implicit midpoint steps: stiff arms and arms with loops.
 
-Bearings and axial modes ring at kilohertz; an explicit scheme would follow them. Here springs, dampers
-and friction are taken at the midpoint and everything else at the predicted one ``q* = q + h v / 2``, so
+Bearings and axial modes ring at kilohertz; an explicit scheme would follow them. Here springs and
+dampers are taken at the midpoint and everything else at the predicted one ``q* = q + h v / 2``, so
 one linear system gives the change of velocity, loops included [Hairer2006]::
 
     [M* + h^2/4 K + h/2 D   G*'] [dv  ]   [ h (f - bias(q*, v)) ]
@@ -14,6 +14,9 @@ therefore made twice, the second time with q* and velocity in the middle of wher
 order, and 4e-6.
 Stable for every frequency, and without numerical damping of linear modes (they only get slower by
 (w h)^2/12). After each period the dependent coordinates are moved onto the loops.
+
+Friction is taken so that it never pushes an axis, however large it is and however fast the axis turns round;
+see ``friction``.
 
 A spring with play is in its gap or in contact throughout a step, as it is at q*; see ``backlash``.
 """

@@ -118,7 +118,7 @@ def choose_steps(tree: ReducedTree, dt: float, friction: float) -> Steps:
     """
     teeth = steps_for_teeth(tree, dt)
     if not tree.n_c:
-        substeps = max(*(substeps_needed(other, dt) for other in (tree, *at_points(tree))), teeth)
+        substeps = max(*(substeps_needed(other, dt, friction) for other in (tree, *at_points(tree))), teeth)
         if substeps <= MOST_EXPLICIT:
             return ExplicitSteps(tree, dt, substeps, friction)
     from flexarm_bringup.sim.implicit_steps import ImplicitSteps  # loads SciPy
