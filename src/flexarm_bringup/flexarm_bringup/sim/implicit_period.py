@@ -25,6 +25,7 @@ from flexarm_model.tree.closing import MachineClosing, code_places
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+FAST = 0.5  # rad/s (m/s, or of what a coordinate is) from which steps of an open arm are corrected
 SOURCE = Path(__file__).with_name("implicit_steps.c")
 
 
@@ -94,17 +95,30 @@ class PlainPeriod(Period):
 
     def _settled(self, q: Array, v: Array, guess: Array, u: Array) -> Array:
         """Return the change of velocity over one step in which friction pushes no axis, (n_q,)."""
-        t, level = self._t, self._stepping.friction
+        t, h, level = self._t, self._stepping.h, self._stepping.friction
         while True:
-            dv = self._change(q, v, guess, u)
+            dv, M, bias = self._change(q, v, guess, u)
+            if not self._tree.n_c and abs(v).max() > FAST:
+                missing = h * bias + M @ dv + self._constant @ (dv - guess)
+                dv = self._corrected(q, v, dv, missing)
             if not (level and self._stepping.is_driven):
                 return dv
             force, rise = friction_over_step(level, v[t], self._grip)
             if not tighten(self._grip, force, rise, v[t], dv[t]):
                 return dv
 
-    def _change(self, q: Array, v: Array, guess: Array, u: Array) -> Array:
-        """Return the change of velocity over one step, (n_q,), with all functions where a guess leads."""
+    def _corrected(self, q: Array, v: Array, dv: Array, right: Array) -> Array:
+        """Return a change of velocity with inertia and bias where it leads, (n_q,); see C."""
+        mean, free, functions = v + dv / 2, self._free, self._tree.functions
+        middle = q + self._stepping.h / 2 * mean
+        right -= functions["mass_matrix"](middle) @ dv
+        right -= self._stepping.h * functions["bias"](middle, mean)
+        corrected = dv.copy()
+        corrected[free] += self._solve(np.asfortranarray(self._matrix[np.ix_(free, free)]), right[free])
+        return corrected
+
+    def _change(self, q: Array, v: Array, guess: Array, u: Array) -> tuple[Array, Array, Array]:
+        """Return the change of velocity, (n_q,), inertia, and bias, all functions where a guess leads."""
         tree, n, h, A, b = self._tree, self._tree.n_q, self._stepping.h, self._matrix, self._right
         mean = v + guess / 2
         middle = q + h / 2 * mean
@@ -130,7 +144,7 @@ class PlainPeriod(Period):
         free = self._free
         right = b[free] - A[np.ix_(free, t)] @ change[t]
         change[free] = self._solve(np.asfortranarray(A[np.ix_(free, free)]), right)
-        return change[:n]
+        return change[:n], M, bias
 
     def _solve(self, A: Array, b: Array) -> Array:
         """Return A^-1 b: positive definite without loops, indefinite with them."""
@@ -142,13 +156,13 @@ class _Layout(ctypes.Structure):
 
     _fields_ = [
         *((name, ctypes.c_int64) for name in ("n", "m", "free", "heavy", "axes", "substeps", "passes")),
-        *((name, ctypes.c_double) for name in ("h", "friction", "slope")),
+        *((name, ctypes.c_double) for name in ("h", "friction", "slope", "fast")),
         *((name, ctypes.c_void_p) for name in ("axis", "grip", "order", "constant")),
         ("gaps", ctypes.c_int64),
         *((name, ctypes.c_void_p) for name in ("gap", "half", "stiffness", "damping")),
         *((name, EntriesLayout) for name in ("inside", "across", "among", "led", "loop")),
         *((name, ctypes.c_void_p) for name in ("mass", "bias", "rows", "loops", "close")),
-        *((name, ctypes.c_void_p) for name in ("dsyr2k", "dposv", "work")),
+        *((name, ctypes.c_void_p) for name in ("dsyr2k", "dposv", "dpotrs", "work")),
     ]
 
 
@@ -166,17 +180,18 @@ class MachinePeriod(Period):
         self._parts = find_parts(tree, held, [] if stepping.is_driven else t)
         self._axis, k = np.array(t, dtype=np.int64), self._parts.free
         self._mass, self._bias = (MachineCode(tree.functions[name]) for name in ("mass_matrix", "bias"))
-        self._work = np.zeros(4 * n + k * k + k + (k + 1) * m + m * (k + 1) + m * m)
+        self._work = np.zeros(5 * n + k * k + k + (k + 1) * m + m * (k + 1) + m * m)
         self._grip, gaps = np.zeros(len(t), dtype=np.int64), gaps_of(tree)
         arrays = self._axis, self._grip, self._parts.order, self._constant
         self._gaps = gaps.index, gaps.half, gaps.stiffness, gaps.damping
-        blas = (routine(cython_blas, "dsyr2k"), routine(cython_lapack, "dposv"))
+        lapack = (routine(cython_lapack, name) for name in ("dposv", "dpotrs"))
         self._layout = _Layout(
             n, m, k, self._parts.heavy, len(t), stepping.substeps, stepping.passes, h, stepping.friction,
-            FRICTION_SLOPE,
+            FRICTION_SLOPE, FAST,
             *map(place, arrays), gaps.index.size, *map(place, self._gaps),
             *(entries.layout for entries in self._parts.entries),
-            self._mass.address, self._bias.address, *self._loops(tree), *blas, place(self._work),
+            self._mass.address, self._bias.address, *self._loops(tree),
+            routine(cython_blas, "dsyr2k"), *lapack, place(self._work),
         )  # fmt: skip
         self._q, self._v, self._dv, self._u = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(len(t))
         self._call = code.flexarm_advance

@@ -20,7 +20,7 @@ struct runs {
 struct period {
     int64_t n, m, free, heavy, axes, substeps, passes; /* m rows close loops; free coordinates are solved for, dependent
                                                   left out; only the first heavy ones of those bear anything */
-    double h, friction, slope;           /* s, N m, rad/s */
+    double h, friction, slope, fast;     /* s, N m, rad/s, rad/s */
     const int64_t *axis;                 /* actuated axes */
     int64_t *grip;                       /* how the friction of each is taken in this step: see friction.py */
     const int64_t *order;                /* free coordinates, the m dependent ones, the others */
@@ -36,6 +36,7 @@ struct period {
     int64_t (*close)(const void *, double *, double *);
     void (*dsyr2k)(char *, char *, int *, int *, double *, double *, int *, double *, int *, double *, double *, int *);
     void (*dposv)(char *, int *, int *, double *, int *, double *, int *, int *);
+    void (*dpotrs)(char *, int *, int *, double *, int *, double *, int *, int *);
     double *work;
 };
 
@@ -196,11 +197,56 @@ static int64_t change(const struct period *s, const double *v, const double *gue
     return info == 0;
 }
 
+/* Correct dv of an open arm: inertia and bias are those where dv leads, by the factors that dposv has left. Of the
+   matrix M that friction and play have changed, the diagonal is given as it was. */
+static int64_t correct(const struct period *s, const double *q, const double *v, double *middle, double *mean,
+                       const double *guess, const double *diagonal, double *dv, double *work)
+{
+    int64_t n = s->n, n_i = s->free;
+    const double *bias = s->bias->res[0];
+    double *M = s->mass->res[0];
+    double *b = work, *S = b + n, *r = S + n_i * n_i;
+    for (int64_t i = 0; i < n; i++) {
+        b[i] = s->h * bias[i];
+        M[i + i * n] = diagonal[i];
+        mean[i] = v[i] + dv[i] / 2;
+        middle[i] = q[i] + s->h / 2 * mean[i];
+    }
+    for (int64_t j = 0; j < n; j++) {
+        add_row(n, dv[j], M + j * n, b);
+        add_row(n, dv[j] - guess[j], s->constant + j * n, b); /* what the bias has of it now */
+    }
+    evaluate(s->mass, middle, 0);
+    evaluate(s->bias, middle, mean);
+    for (int64_t j = 0; j < n; j++)
+        add_row(n, -dv[j], M + j * n, b);
+    for (int64_t i = 0; i < n; i++)
+        b[i] -= s->h * bias[i];
+    for (int64_t j = 0; j < n_i; j++)
+        r[j] = b[s->order[j]];
+    int size = (int)n_i, one = 1, info = 0;
+    if (n_i)
+        s->dpotrs("L", &size, &one, S, &size, r, &size, &info);
+    for (int64_t j = 0; j < n_i; j++)
+        dv[s->order[j]] += r[j];
+    return info == 0;
+}
+
+/* Whether an open arm moves so fast that a step is to be corrected. */
+static int64_t is_fast(const struct period *s, const double *v)
+{
+    for (int64_t i = 0; !s->m && i < s->n; i++)
+        if (v[i] > s->fast || v[i] < -s->fast)
+            return 1;
+    return 0;
+}
+
 /* Advance q and v by a period under torques u, or, when u is null, with dv of the actuated axes prescribed;
    dv is that of the last step. Returns 0 when that cannot be done. */
 int64_t flexarm_advance(const struct period *s, double *q, double *v, const double *u, double *dv)
 {
-    double *middle = s->work, *mean = middle + s->n, *guess = mean + s->n, *rest = guess + s->n;
+    double *middle = s->work, *mean = middle + s->n, *guess = mean + s->n, *diagonal = guess + s->n;
+    double *rest = diagonal + s->n;
     for (int64_t step = 0; step < s->substeps; step++) {
         memset(guess, 0, s->n * sizeof *guess);
         memset(s->grip, 0, s->axes * sizeof *s->grip);
@@ -211,6 +257,8 @@ int64_t flexarm_advance(const struct period *s, double *q, double *v, const doub
             }
             evaluate(s->mass, middle, 0);
             evaluate(s->bias, middle, mean);
+            for (int64_t i = 0; i < s->n; i++)
+                diagonal[i] = s->mass->res[0][i + i * s->n];
             if (s->m)
                 evaluate(s->rows, middle, 0);
             for (int64_t i = 0; u && i < s->n; i++)
@@ -218,6 +266,8 @@ int64_t flexarm_advance(const struct period *s, double *q, double *v, const doub
             for (int64_t j = 0; !u && j < s->free + s->m; j++)
                 dv[s->order[j]] = 0.0;
             if (!change(s, v, guess, u, s->mass->res[0], dv, rest))
+                return 0;
+            if (is_fast(s, v) && !correct(s, q, v, middle, mean, guess, diagonal, dv, rest))
                 return 0;
             if (u && s->friction && tighten(s, v, dv))
                 continue; /* the same pass again */
