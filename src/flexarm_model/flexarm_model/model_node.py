@@ -11,7 +11,7 @@ Publishes
     ~/models (std_msgs/String, latched): "stamp of the reference: receipt" once all its models are out, or
         "stamp: refused: reason".
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
-    ~/ready (std_msgs/Bool, latched): true once the first model is out.
+    ~/ready (std_msgs/Bool, latched): true once the first model is out and libraries are loaded.
 Subscribes
     reference (trajectory_msgs/JointTrajectory): what the axes are about to do.
     joint_states (sensor_msgs/JointState): the pose of the actuated axes [rad or m].
@@ -68,6 +68,7 @@ from flexarm_model.settings.parameters import parameter
 from flexarm_model.tree.closure_error import ClosureError
 
 AHEAD = (cache_at_home,)  # see flexarm_model.process.ahead
+LIBRARIES = ("scipy.interpolate",)  # for references that give positions alone
 FOLLOWING_LEAD_NS = 100_000_000  # a model of the measured pose holds so much later: all must have it by then
 
 
@@ -239,7 +240,7 @@ class ModelNode(ManagedNode):
         if not self.settings.lockstep:
             self._watched.silence = subscribe_parameters(self, self._config, self._watched.hear)
         self._answering = ModelServices(self, lambda: self.cache, lambda: self._served.newest)
-        self.tell_ready({"model": lambda: True})
+        self.tell_ready({"model": lambda: True}, LIBRARIES)
         self._diagnostics = Diagnostics(self, self.verdicts)
 
 

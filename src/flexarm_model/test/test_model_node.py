@@ -57,6 +57,30 @@ def test_a_refusal_after_a_stop_leaves_the_models_with_the_measured_pose() -> No
     assert run_beside(NODE, code) == ["0.0 True True"]
 
 
+SPLINE = """
+import sys, time
+def settle():
+    until = time.monotonic() + 20.0
+    while not node._flag.is_ready and time.monotonic() < until:
+        rclpy.spin_once(node, timeout_sec=0.05)
+
+def load_for_points():
+    msg = JointTrajectory(joint_names=list(node._served.newest.theta_names))
+    msg.points = [JointTrajectoryPoint(positions=[angle]) for angle in (0.0, 0.02, 0.05, 0.0)]
+    for second, point in enumerate(msg.points):
+        point.time_from_start.sec = second
+    loaded = set(sys.modules)
+    node.on_reference(msg)
+    print([node._trouble, *sorted(set(sys.modules) - loaded)])
+
+"""
+
+
+def test_a_node_that_is_ready_loads_nothing_for_its_first_reference() -> None:
+    """Loading the spline took longer than the receipt of a reference is waited for."""
+    assert run_beside(NODE + SPLINE, "settle(); load_for_points()") == ["['']"]
+
+
 SOFTENING = f"""
 import rclpy, numpy as np
 from flexarm_model.model_node import ModelNode
