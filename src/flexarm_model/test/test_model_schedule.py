@@ -64,16 +64,35 @@ def test_a_motion_planned_ahead_has_the_models_that_come_up_tick_by_tick() -> No
     assert len(served) > 10
 
 
-def test_a_long_motion_is_looked_at_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+def note_looks(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return the list that will tell how many instants of a trajectory are asked for, each time."""
     sizes: list[int] = []
     stacked = Trajectory.stacked
 
     def noted(self: Trajectory, times: Array, *side: Literal["left", "right"]) -> Array:
-        """Note how many instants are asked for at once."""
         sizes.append(len(times))
         return stacked(self, times, *side)
 
     monkeypatch.setattr(Trajectory, "stacked", noted)
+    return sizes
+
+
+def test_an_arm_that_one_model_serves_for_ever_is_looked_at_no_more_in_a_longer_motion(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A goal of 3000 s was given up under load: the model node looked too long before it said a word."""
+    sizes = note_looks(monkeypatch)
+    schedule = ModelSchedule(tree("single_link"), arm("single_link"), there(), ScheduleSettings())
+    looks = []
+    for end in (1.5, 3000.0):
+        assert not list(schedule.poses(np.zeros(1), end, PERIOD_NS))
+        looks.append(sum(sizes))
+        sizes.clear()
+    assert looks[1] <= looks[0]
+
+
+def test_a_long_motion_is_looked_at_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = note_looks(monkeypatch)
     schedule = ModelSchedule(tree("single_link"), arm("single_link"), there(), ScheduleSettings(angle=0.17))
     poses = list(schedule.poses(np.zeros(1), 600.0, PERIOD_NS))
     assert [pose for _, pose in poses] == [pose for _, pose in schedule.poses(np.zeros(1), 1.5, PERIOD_NS)]

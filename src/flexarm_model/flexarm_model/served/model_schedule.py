@@ -94,6 +94,8 @@ class ModelSchedule:
             end: Of the motion [s].
             period_ns: See ``plan``.
         """
+        if (self._reach >= FOREVER).all():
+            return  # no look would find the model left, however long the motion is
         looks, k = int(np.ceil(end * 1e9 / period_ns)) + 2, 0
         while k < looks:
             ticks: NDArray[np.int64] = np.arange(k, min(k + BLOCK, looks)) * period_ns
