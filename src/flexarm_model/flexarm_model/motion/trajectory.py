@@ -50,9 +50,9 @@ class Trajectory:
         Raises:
             ValueError: A shape does not fit or time does not increase; the message says which.
         """
-        t, theta = np.array(t, float), np.array(theta, float)
+        t, theta = _as_array("t", t), _as_array("theta", theta)
         still = np.zeros_like(theta)
-        motion = cls(t, theta, still if theta_dot is None else np.array(theta_dot, float), still)
+        motion = cls(t, theta, still if theta_dot is None else _as_array("theta_dot", theta_dot), still)
         if theta_dot is None and t.size > 2:  # two points are a cubic from rest to rest as it is
             from scipy.interpolate import CubicSpline  # for few references, of the many who import this
 
@@ -67,24 +67,31 @@ class Trajectory:
         )
 
     def __post_init__(self) -> None:
-        """Check the shapes and make the arrays read-only; the caller's own are copied.
+        """Check the shapes and make the arrays read-only; the caller's own are copied, lists become arrays.
 
         Raises:
-            ValueError: A shape does not fit or time does not increase; the message says which.
+            ValueError: A shape does not fit, time does not increase, or a value is no finite number; the
+                message says which.
         """
+        arrays = {name: _as_array(name, value) for name, value in vars(self).items() if value is not None}
+        for name, array in arrays.items():
+            object.__setattr__(self, name, array)
         lock_arrays(self)
-        shape = (self.t.size, *self.theta.shape[1:])
-        arrays = {name: getattr(self, name) for name in ("theta", "theta_dot", "theta_ddot")}
-        if self.theta_ddot_before is not None:
-            arrays["theta_ddot_before"] = self.theta_ddot_before
-        for name, value in arrays.items():
-            if value.ndim != 2 or value.shape != shape:
-                raise ValueError(f"reference: {name} has shape {value.shape}, not {shape}")
-        for array in (self.t, *arrays.values()):
+        self._check_shapes()
+        for array in arrays.values():
             if not np.isfinite(array).all():
                 raise ValueError("reference: a value is not finite")
         if self.t.size < 1 or (np.diff(self.t) <= 0).any():
             raise ValueError("reference: time does not increase")
+
+    def _check_shapes(self) -> None:
+        if self.t.ndim != 1:
+            raise ValueError(f"reference: t has shape {self.t.shape}; expected (k,)")
+        k, columns = self.t.size, self.theta.shape[1] if self.theta.ndim == 2 else "n_theta"
+        for name in ("theta", "theta_dot", "theta_ddot", "theta_ddot_before"):
+            array = getattr(self, name)
+            if array is not None and array.shape != (k, columns):
+                raise ValueError(f"reference: {name} has shape {array.shape}; expected ({k}, {columns})")
 
     def sample(self, times: Array) -> tuple[Array, Array, Array]:
         """Return position, velocity and acceleration at ``times`` [s], each (len(times), n_theta)."""
@@ -141,3 +148,11 @@ class Trajectory:
         ends = self.theta_ddot if self.theta_ddot_before is None else self.theta_ddot_before
         parts = [self.theta[:-1], v0, c2, c3, self.theta_ddot[:-1], ends[1:], h]
         return np.stack(parts, axis=1)
+
+
+def _as_array(name: str, values: ArrayLike) -> Array:
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError):  # NumPy does not say of what
+        shape = "(k,)" if name == "t" else "(k, n_theta)"
+        raise ValueError(f"reference: {name} is no array of numbers; expected {shape}") from None
