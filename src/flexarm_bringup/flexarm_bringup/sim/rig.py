@@ -13,6 +13,7 @@ from itertools import takewhile
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.sim.axis_values import check_axis_values
 from flexarm_bringup.sim.direct_sensors import DirectSensors
 from flexarm_bringup.sim.perturb import PlantSettings
 from flexarm_bringup.sim.plant import Plant
@@ -127,7 +128,7 @@ class Rig:
         self.dt = self.period_ns * 1e-9
         self.plant = plant or Plant(config, self.dt, self.settings.plant)
         self.plant.reset()
-        self._rows = _rows_by_sensor(config)
+        self._axes, self._rows = list(config.actuated), _rows_by_sensor(config)
         self._rows_of = {
             kind: [i for spec in config.sensors if spec.kind == kind for i in self._rows[spec.name]]
             for kind in ("strain_gauge", "accelerometer")
@@ -179,8 +180,12 @@ class Rig:
         return samples
 
     def step(self, tau: Array) -> list[Sample]:
-        """Advance one period under torques ``tau`` (n_theta,) and observe."""
-        self.plant.drive(tau)
+        """Advance one period under torques ``tau`` [N m] or [N], (n_theta,), and observe.
+
+        Raises:
+            ValueError: They are not one finite number per axis; nothing has moved then.
+        """
+        self.plant.drive(check_axis_values("tau", tau, self._axes))
         self.tick += 1
         return self.observe()
 
