@@ -77,7 +77,8 @@ def test_a_target_in_lists_is_taken_as_one_in_arrays() -> None:
     np.testing.assert_array_equal(listed.theta, solve_inverse(elbow, target, guess, settings).theta)
 
 
-@pytest.mark.parametrize("count", [0, -1])
-def test_a_beam_of_no_segments_is_refused(count: int) -> None:
-    with pytest.raises(ValueError, match=f"n_segments is {count}; expected 1 or more"):
-        SegmentTree(arm("single_link"), count)
+@pytest.mark.parametrize("count", [0, -1, 2.5, 2.0, "two", None])
+def test_a_beam_of_no_whole_number_of_segments_is_refused(count: object) -> None:
+    expected = f"^n_segments is {count}; expected a whole number of springs per beam, 1 or more$"
+    with pytest.raises(ValueError, match=expected):
+        SegmentTree(arm("single_link"), count)  # type: ignore[arg-type]

@@ -54,10 +54,10 @@ def cut_beam(beam: Beam, n: int) -> list[Segment]:
     """Return the segments of a beam with n springs per flexible stretch, from the root outwards.
 
     Raises:
-        ValueError: n is below 1.
+        ValueError: n is no whole number of 1 or more.
     """
-    if n < 1:
-        raise ValueError(f"n_segments is {n}; expected 1 or more springs per beam")
+    if not isinstance(n, int | np.integer) or n < 1:
+        raise ValueError(f"n_segments is {n}; expected a whole number of springs per beam, 1 or more")
     springs = [
         (start + (k + 0.5) * (end - start) / n, (end - start) / n)
         for start, end in stretches(beam, rigid=False)
