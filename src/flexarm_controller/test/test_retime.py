@@ -1,5 +1,6 @@
 """References that need more torque than there is: slowed down where they need it, on the same path."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +9,11 @@ from scipy.integrate import quad
 from served_arms import limits_of_hub, single_link, two_axes, two_axis_limits
 from test_retiming import quintic, random_path, torque
 
+from flexarm_controller.motion.admission import admit
 from flexarm_controller.motion.excess import find_excess
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.retime import RESERVE, retime
+from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import stretch
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference
@@ -170,3 +173,29 @@ def test_accelerations_that_jump_at_the_points_are_slowed_down_on_either_side(sh
     change = np.diff(slowed.sample(ends)[1], axis=0) / np.diff(ends)[:, None]
     used = equilibrium.U[0, 2] * abs(change).max() / limits.effort[0]
     assert late > 0.0 and 0.9 < used < 1.0
+
+
+def waypoints(seed, model, with_velocities):
+    """A few points near the model's pose in steps of 0.06 to 0.25 s, where every axis turns as it likes."""
+    rng = np.random.default_rng(seed)
+    t = np.append(0.0, np.cumsum(rng.uniform(0.06, 0.25, rng.integers(2, 9))))
+    theta = model.pose + rng.uniform(-0.05, 0.05, (t.size, model.n_theta))
+    theta_dot = np.gradient(theta, t, axis=0)
+    theta_dot[[0, -1]] = 0.0
+    return Reference.through(t, theta, theta_dot if with_velocities else None)
+
+
+@pytest.mark.parametrize("with_velocities", [False, True])
+def test_what_stretching_mends_is_not_refused(with_velocities):
+    """One axis must gather speed where another must lose it: slowing down along the path found no way out."""
+    model, config, remarks = two_axes(), MotionConfig(), []
+    equilibrium, limits = build_equilibrium(model), replace(two_axis_limits(), velocity=np.full(2, 50.0))
+    for seed in range(60):
+        asked = waypoints(seed, model, with_velocities)
+        assert find_excess(asked, limits, model.theta_names, equilibrium).quantity == "torque"
+        stretch(asked, limits, model.theta_names, equilibrium, config.excess_slowdown)
+        followed, remark = admit(asked, model, limits, config)
+        assert find_excess(followed, limits, model.theta_names, equilibrium) is None
+        remarks.append(remark)
+    told = "stretched in time by .*, as slowing down only where torque is short does not suffice: axis "
+    assert 0 < sum(re.match(told, remark) is not None for remark in remarks) < len(remarks)

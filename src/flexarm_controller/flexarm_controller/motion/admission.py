@@ -1,14 +1,16 @@
-"""References from outside: followed, stretched in time, or refused, with what the arm cannot do of them."""
+"""References from outside: followed, slowed down, or refused, with what the arm cannot do of them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from flexarm_controller.limits import Limits
-from flexarm_controller.motion.excess import find_excess
+from flexarm_controller.motion.excess import Excess, find_excess
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.retime import retime
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import stretch
-from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_controller.program.equilibrium import Equilibrium, build_equilibrium
 from flexarm_controller.reference import Reference
 from flexarm_model.motion.conversions import LONGEST
 from flexarm_model.served.reduced_model import ReducedModel
@@ -43,15 +45,33 @@ def admit(
             f"{excess}; while the guard is armed it is slowed down where it has at most {MOST_SLOWED} "
             f"points, this one has {reference.t.size}"
         )
+    asked = (reference, limits, names, equilibrium, config.excess_slowdown)
     if config.excess == "stretch":
-        slowed, factor = stretch(reference, limits, names, equilibrium, config.excess_slowdown)
+        slowed, factor = stretch(*asked)
         return slowed, f"stretched in time by {factor:.4g}: {excess}"
     if excess.quantity == "torque" and config.excess == "retime":
-        slowed, late = retime(reference, limits, names, equilibrium, config.excess_slowdown)
-        return slowed, f"slowed down where torque is short, ends {late:.3f} s later: {excess}"
+        return _retimed(asked, excess)
     if excess.quantity == "torque" and config.excess == "tell":
         return reference, f"the arm will lag: {excess}"
     raise MotionError(str(excess))
+
+
+def _retimed(
+    asked: tuple[Reference, Limits, Sequence[str], Equilibrium, float], excess: Excess
+) -> tuple[Reference, str]:
+    """Return it slowed down where torque is short, as a whole where that does not suffice; and a remark."""
+    try:
+        slowed, late = retime(*asked)
+        return slowed, f"slowed down where torque is short, ends {late:.3f} s later: {excess}"
+    except MotionError as error:
+        try:
+            slowed, factor = stretch(*asked)
+        except MotionError:
+            raise error from None
+    return slowed, (
+        f"stretched in time by {factor:.4g}, as slowing down only where torque is short does not suffice: "
+        f"{excess}"
+    )
 
 
 def check_begin(after: float, late: float) -> None:

@@ -72,7 +72,8 @@ def retime(
         longest: Of its time that it may take [1].
 
     Raises:
-        MotionError: Slowing down does not help: rest takes too much torque; or it takes too long.
+        MotionError: Slowing down does not help: rest takes too much torque; or it takes too long; or axes of
+            which each needs another speed leave too little torque: `stretch` may still find a way.
     """
     path, share = _path(reference, equilibrium), RESERVE
     _check_rest(path, limits, names)
@@ -92,7 +93,7 @@ def retime(
         if excess is None:
             return slowed, float(slowed.t[-1] - reference.t[-1])
         share *= SHRINK
-    raise MotionError(f"slowing down does not help: {excess}")
+    raise MotionError(f"slowing down only where torque is short does not suffice: {excess}")
 
 
 def _path(reference: Reference, equilibrium: Equilibrium) -> _Path:
@@ -163,7 +164,7 @@ def _travelled(reference: Reference, sigma: Array, since: Array, y: Array) -> Re
     """
     t = reference.t[0] + since
     if not (np.diff(t) > 0.0).all():
-        raise MotionError("slowing down does not help: points are too close to each other in time")
+        raise MotionError("points are too close to each other in time to be slowed down one by one")
     theta, theta_dot, theta_ddot = reference.sample(sigma)
     speed, u = np.sqrt(y), np.gradient(y, sigma) / 2.0
     theta, slowed = np.array(theta), theta_dot * speed[:, None]
