@@ -1,5 +1,7 @@
 """Goals of the tip without ROS: the arm is one that follows exactly, the clock that of the states."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -112,6 +114,20 @@ def test_a_point_beside_the_reach_is_met_within_its_tolerance(link):
     assert answer.is_accepted and answer.reason == "comes to rest 3 mm from the target"
     assert arm.reference.theta[-1, 0] == pytest.approx(0.4, abs=1e-3)
     assert arm.run(answer.duration + 0.3)[-1].stage == "succeeded"
+
+
+def test_a_pose_beside_what_can_be_had_is_told_by_distance_and_angle(link):
+    arm, pose = ExactArm(link), np.eye(4)
+    pose[:3, 3] = (
+        REACH * np.cos(0.4),
+        REACH * np.sin(0.4),
+        0.0,
+    )  # turned by 0.4 rad there, and asked for by 0.38
+    c, s = np.cos(0.38), np.sin(0.38)
+    pose[:2, :2] = [[c, -s], [s, c]]
+    answer = arm.server.move_tip(TipGoal(pose, True, tolerance=0.01), arm, arm.state())
+    told = r"comes to rest 2\.\d+ mm from the target, turned away from it by 0\.016\d* rad"
+    assert answer.is_accepted and re.fullmatch(told, answer.reason)
 
 
 def test_a_new_goal_on_the_way_takes_over_without_a_jump(link):

@@ -95,3 +95,41 @@ def test_a_goal_of_an_arm_that_has_become_softer_is_that_of_one_described_so():
     np.testing.assert_allclose(softer.at_rest(theta), pose[:3, 3], atol=1e-6)
     assert np.linalg.norm(stiff.at_rest(theta) - pose[:3, 3]) > 1e-3
     assert stiff.under({}) is not stiff and stiff.under({}).tree is stiff.tree
+
+
+@pytest.fixture(scope="module")
+def link():
+    return TipKinematics(ReducedTree(load_config(find_manipulator("single_link"), "geared")))
+
+
+def turned_goal(link, turn, away=0.0, **asked):
+    """Return a goal at axis 0.3 rad, turned about the axis once more, and away along the arm [m]."""
+    pose = np.array(link._resting.pose(np.array([0.3])))
+    pose[:3, 3] += away * pose[:3, 0]
+    c, s = np.cos(turn), np.sin(turn)
+    pose[:3, :3] = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ pose[:3, :3]
+    return TipGoal(pose, with_orientation=True, **asked)
+
+
+@pytest.mark.parametrize(("turn", "away", "tolerance"), [(3e-5, 4e-5, 1e-4), (0.02, 0.003, 0.02)])
+def test_a_pose_that_is_met_within_tolerance_and_angle_is_no_farther_than_need_be(
+    link, turn, away, tolerance
+):
+    """It was refused as 0.04 mm away with 0.1 mm allowed: only exact angles were, whatever the tolerance."""
+    goal = turned_goal(link, turn, away, tolerance=tolerance)
+    distance, angle = link.beside(goal, link.solve(goal, np.zeros(1)))
+    shift, length = np.linalg.norm(link.at_rest(np.zeros(1))), 0.3  # m; the least squares of one axis
+    share = length**2 / (shift**2 + length**2)
+    assert angle == pytest.approx((1.0 - share) * turn, rel=0.1)
+    assert distance == pytest.approx(np.hypot(away, share * turn * shift), rel=0.1)
+
+
+def test_a_pose_turned_away_by_more_than_goes_with_the_tolerance_is_refused_by_both(link):
+    """1 mm over 0.3 m is 0.00333 rad."""
+    told = r"stays [\d.]+ mm and [\d.]+ rad away, 1 mm and 0.00333 rad are allowed"
+    with pytest.raises(MotionError, match=told):
+        link.solve(turned_goal(link, 0.02, tolerance=1e-3), np.zeros(1))
+    with pytest.raises(MotionError, match=r"stays 60 mm away, 0.1 mm are allowed"):
+        pose = np.eye(4)
+        pose[0, 3] = 0.7
+        link.solve(TipGoal(pose), np.zeros(1))

@@ -20,7 +20,7 @@ from flexarm_controller.motion.point_to_point import state_at
 from flexarm_controller.motion.progress import ON_REQUEST, Progress, Pursuit
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
-from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
+from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics, angle_with
 from flexarm_controller.reference import Reference, hold, splice
 from flexarm_controller.state import ArmState
 from flexarm_model.served.reduced_model import ReducedModel
@@ -124,10 +124,7 @@ class MotionServer:
         point = self._tip.at_rest(theta)
         self._pursuit = Pursuit(self._goals, arm.reference, start, float(motion.t[-1]), point)
         self._told.append(Progress(state.t, self._goals, "accepted", distance=self._distance(arm, state)))
-        off = float(np.linalg.norm(point - goal.pose[:3, 3]))
-        remark = (
-            f"comes to rest {1e3 * off:.3g} mm from the target" if off > self._config.settle_distance else ""
-        )
+        remark = _remark(*self._tip.beside(goal, theta), self._config.settle_distance)
         return Answer(True, remark, self._goals, float(motion.t[-1]) - start)
 
     def reject(self, t: float, why: str) -> Answer:
@@ -213,6 +210,13 @@ def _why_not_followed(arm: Follower) -> str:
     if arm.reference is not None:
         return "another reference is followed"
     return arm.ended_by
+
+
+def _remark(off: float, turned: float, least: float) -> str:
+    """Return what to say of a tip that rests off [m] or turned from [rad] a goal, if by ``least`` [m]."""
+    parts = [f"{1e3 * off:.3g} mm from the target"] if off > least else []
+    parts += [f"turned away from it by {turned:.3g} rad"] if turned > angle_with(least) else []
+    return f"comes to rest {', '.join(parts)}" if parts else ""
 
 
 def _check_state(state: ArmState) -> None:

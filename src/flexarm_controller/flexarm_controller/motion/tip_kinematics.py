@@ -23,6 +23,7 @@ from flexarm_controller.state import ArmState
 from flexarm_model.kinematics.body_mechanism import held_mechanism, resting_mechanism
 from flexarm_model.kinematics.numeric import InverseSettings, Mechanism, solve_inverse
 from flexarm_model.kinematics.refusals import ConvergenceError
+from flexarm_model.numeric.rotation import rotation_vector
 from flexarm_model.served.linearize import PoseError
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.tree.closure_error import ClosureError
@@ -36,6 +37,11 @@ STARTS = 6  # poses from which a solution is looked for where those near and at 
 FARTHEST = 1.5  # of the distance that the tip has from the middle of those poses: beyond it, nobody looks
 BENDS = 0.05  # of it, by which what bends may reach further
 NEAREST = 1.001  # of what is left at the nearest point: asked for again, it is found
+
+
+def angle_with(distance: float) -> float:
+    """Return the turn of the tip [rad] that a solution weighs as much as a distance [m]."""
+    return distance / EXACT.length
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,11 @@ class TipGoal:
     with_orientation: bool = False
     duration: float = 0.0
     tolerance: float = 1e-4
+
+    @property
+    def angle(self) -> float:
+        """How far it may come to rest turned away [rad]."""
+        return angle_with(self.tolerance)
 
 
 class TipKinematics:
@@ -96,11 +107,18 @@ class TipKinematics:
         """Return where the tip comes to rest with the axes held at ``theta`` [m], (3,)."""
         return np.asarray(self._resting.pose(theta)[:3, 3])
 
+    def beside(self, goal: TipGoal, theta: Array) -> tuple[float, float]:
+        """Return how far from a goal the tip comes to rest [m], and how far turned [rad] if that counts."""
+        pose = np.asarray(self._resting.pose(theta))
+        turn = rotation_vector(goal.pose[:3, :3] @ pose[:3, :3].T) if goal.with_orientation else np.zeros(3)
+        return float(np.linalg.norm(pose[:3, 3] - goal.pose[:3, 3])), float(np.linalg.norm(turn))
+
     def solve(self, goal: TipGoal, near: Array) -> Array:
         """Return axes that bring the tip to rest at the goal, near some axes if possible, (n_theta,).
 
         Raises:
-            MotionError: It is out of reach by more than the tolerance; says by how much.
+            MotionError: It is out of reach by more than the tolerance, or the angle that goes with it; says
+                by how much.
         """
         attempts = _Attempts()
         for start in self._unbent(goal, near, attempts):
@@ -151,11 +169,11 @@ class _Attempts:
         """Return what to say of a goal that was not reached."""
         if not self.left:
             return f"the arm finds no rest there: {self._why}"
-        best = min(self.left, key=lambda error: error.distance)
-        return (
-            f"out of reach: the tip stays {1e3 * best.distance:.3g} mm and {best.angle:.3g} rad away, "
-            f"{1e3 * goal.tolerance:.3g} mm are allowed"
-        )
+        best = min(self.left, key=lambda error: error.distance + EXACT.length * error.angle)
+        left, allowed = f"{1e3 * best.distance:.3g} mm", f"{1e3 * goal.tolerance:.3g} mm"
+        if goal.with_orientation:
+            left, allowed = f"{left} and {best.angle:.3g} rad", f"{allowed} and {goal.angle:.3g} rad"
+        return f"out of reach: the tip stays {left} away, {allowed} are allowed"
 
 
 def _spread(tree: ReducedTree, held: Mechanism) -> tuple[Array, Array]:
@@ -186,7 +204,11 @@ def _inverse(mechanism: Mechanism, goal: TipGoal, start: Array, settings: Invers
     try:
         return solve_inverse(mechanism, goal.pose, start, settings).theta
     except ConvergenceError as error:
-        if error.distance > goal.tolerance or error.angle > settings.angle:
+        if error.distance > goal.tolerance or error.angle > max(goal.angle, settings.angle):
             raise
-        nearest = replace(settings, distance=NEAREST * error.distance)
+        nearest = replace(
+            settings,
+            distance=max(NEAREST * error.distance, settings.distance),
+            angle=max(NEAREST * error.angle, settings.angle),
+        )
     return solve_inverse(mechanism, goal.pose, start, nearest).theta
