@@ -5,8 +5,9 @@ With ``y = (d sigma / dt)^2`` along the old time ``sigma`` the quasi-static torq
     tau = (K theta + u_0) + sqrt(y) D theta' + y J theta'' + J theta' u          u = y' / 2
 
 Without ``u`` it bounds y at every instant; from there on, back and forth, ``y`` may change along the path as
-fast as the torque that is left lets it [Bobrow1985]. An arm that follows the trajectory as it was asked for
-brakes too late, shoots over its goal and has to come back.
+fast as the torque that is left lets it [Bobrow1985]. Where one axis must gather speed and another must lose
+it, a little too much torque is left; it goes when all of it is slowed down a little more. An arm that follows
+the trajectory as it was asked for brakes too late, shoots over its goal and has to come back.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.excess import find_excess, roots_within, torque_unit
 from flexarm_controller.motion.refusals import MotionError
-from flexarm_controller.motion.stretch import grid
+from flexarm_controller.motion.stretch import grid, stretch
 from flexarm_controller.program.equilibrium import Equilibrium
 from flexarm_controller.reference import Reference
 
@@ -72,8 +73,7 @@ def retime(
         longest: Of its time that it may take [1].
 
     Raises:
-        MotionError: Slowing down does not help: rest takes too much torque; or it takes too long; or axes of
-            which each needs another speed leave too little torque: `stretch` may still find a way.
+        MotionError: Slowing down does not help: rest takes too much torque; or it takes too long.
     """
     path, share = _path(reference, equilibrium), RESERVE
     _check_rest(path, limits, names)
@@ -82,18 +82,16 @@ def retime(
         speed = _speeds(path, reach)
         y = _bounds(path, reach, speed.min(axis=1) ** 2)
         since = _since(path.sigma, y)
-        factor = float(since[-1] / (reference.t[-1] - reference.t[0]))
-        if not factor <= longest:  # also without end, where nothing can be travelled
-            raise MotionError(
-                f"it would take {factor:.3g} times its time, {longest:g} allowed: "
-                f"{_bottleneck(path, speed, limits, names)}"
-            )
+        why = _bottleneck(path, speed, limits, names)
+        _check_time(since[-1], reference, longest, why)
         slowed = _travelled(reference, path.sigma, since, y)
-        excess = find_excess(slowed, limits, names, equilibrium)
-        if excess is None:
-            return slowed, float(slowed.t[-1] - reference.t[-1])
+        if find_excess(slowed, limits, names, equilibrium) is None:
+            break
         share *= SHRINK
-    raise MotionError(f"slowing down only where torque is short does not suffice: {excess}")
+    else:
+        slowed, _ = stretch(slowed, limits, names, equilibrium)
+        _check_time(slowed.t[-1] - slowed.t[0], reference, longest, why)
+    return slowed, float(slowed.t[-1] - reference.t[-1])
 
 
 def _path(reference: Reference, equilibrium: Equilibrium) -> _Path:
@@ -110,6 +108,12 @@ def _check_rest(path: _Path, limits: Limits, names: Sequence[str]) -> None:
     k, axis = divmod(int(used.argmax()), used.shape[1])
     if used[k, axis] >= 1.0:
         raise MotionError(f"slowing down does not help: {_told(path, k, axis, limits, names)}")
+
+
+def _check_time(duration: float, reference: Reference, longest: float, why: str) -> None:
+    factor = float(duration / (reference.t[-1] - reference.t[0]))
+    if not factor <= longest:  # also without end, where nothing can be travelled
+        raise MotionError(f"it would take {factor:.3g} times its time, {longest:g} allowed: {why}")
 
 
 def _bottleneck(path: _Path, speed: Array, limits: Limits, names: Sequence[str]) -> str:
