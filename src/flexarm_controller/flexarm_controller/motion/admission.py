@@ -15,7 +15,9 @@ from flexarm_controller.reference import Reference
 from flexarm_model.motion.conversions import LONGEST
 from flexarm_model.served.reduced_model import ReducedModel
 
-MOST_SLOWED = 100  # points of what is slowed down while commands are awaited: it takes 0.1 ms for each
+MOST_SLOWED = (
+    100  # points times axes of what is slowed down while commands are awaited: 0.35 ms each at worst
+)
 
 
 def admit(
@@ -40,9 +42,10 @@ def admit(
     if excess is None:
         return reference, ""
     is_slowed = config.excess == "stretch" or (config.excess == "retime" and excess.quantity == "torque")
-    if is_slowed and is_awaited and reference.t.size > MOST_SLOWED:
+    most = MOST_SLOWED // reference.theta.shape[1]
+    if is_slowed and is_awaited and reference.t.size > most:
         raise MotionError(
-            f"{excess}; while the guard is armed it is slowed down where it has at most {MOST_SLOWED} "
+            f"{excess}; while the guard is armed it is slowed down where it has at most {most} "
             f"points, this one has {reference.t.size}"
         )
     asked = (reference, limits, names, equilibrium, config.excess_slowdown)
