@@ -35,7 +35,8 @@ def tree(name: str) -> ReducedTree:
 def test_the_drawn_tip_is_where_the_dynamics_has_it(name: str) -> None:
     lines, arm = MechanismLines(tree(name)), tree(name)
     for q in np.random.default_rng(1).uniform(-0.1, 0.1, (20, arm.n_q)):
-        assert lines.tip(q) == pytest.approx(arm.tip_pose(q), abs=1e-12)  # round-off
+        at = arm.tip_pose(q)  # of stiff modes 0.1 is much: hundreds of metres
+        assert lines.tip(q) == pytest.approx(at, abs=1e-12 * max(1.0, abs(at).max()))  # round-off
 
 
 def test_a_beam_ends_in_its_node_and_its_ends_follow_the_exact_cantilever() -> None:

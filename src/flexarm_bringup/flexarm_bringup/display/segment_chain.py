@@ -5,9 +5,9 @@ The frame of a station follows the shapes of the body's superelement exactly, so
     T_ab(eta) = T_ab(0) Trans(x, y, z) Rx(a) Ry(b) Rz(c)
 
 with six single-axis joints, of which those that never move are left out. A station stands at
-``r + Phi eta + 1/2 eta' G eta``, turned by Cayley's formula with ``h = Psi eta / 2``, H = h x::
+``r + Phi eta + 1/2 eta' G eta``, turned by Cayley's formula with ``h = (Psi eta + 1/2 eta' H eta) / 2``::
 
-    R = (1 - H)^-1 (1 + H) = 1 + 2 (H + H^2) / (1 + h' h)
+    R = (1 - h~)^-1 (1 + h~) = 1 + 2 (h~ + h~^2) / (1 + h' h)
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ class SegmentChain:
         """Look at the pairs of stations of a body."""
         names = list(shapes.nodes)
         nodes = shapes.nodes.values()
-        self._r, self._Phi, self._Psi, self._G = (
-            np.array([getattr(node, field) for node in nodes]) for field in ("r", "Phi", "Psi", "G")
+        self._r, self._Phi, self._Psi, self._G, self._H = (
+            np.array([getattr(node, field) for node in nodes]) for field in ("r", "Phi", "Psi", "G", "H")
         )
         self.pairs = tuple(pairs)
         self._a, self._b = ([names.index(pair[end]) for pair in pairs] for end in (0, 1))
@@ -78,11 +78,11 @@ class SegmentChain:
         """Return the frames of all stations in the body, (m, 4, 4)."""
         T = np.tile(np.eye(4), (self._r.shape[0], 1, 1))
         T[:, :3, 3] = self._r + self._Phi @ eta + (self._G @ eta) @ eta / 2.0
-        x, y, z = (self._Psi @ eta).T / 2.0
-        H, o = np.zeros((x.size, 3, 3)), 1.0 + x * x + y * y + z * z
-        H[:, 0, 1], H[:, 0, 2], H[:, 1, 2] = -z, y, -x
-        H -= H.transpose(0, 2, 1)
-        T[:, :3, :3] += 2.0 * (H + H @ H) / o[:, None, None]
+        x, y, z = (self._Psi @ eta + (self._H @ eta) @ eta / 2.0).T / 2.0
+        h, o = np.zeros((x.size, 3, 3)), 1.0 + x * x + y * y + z * z
+        h[:, 0, 1], h[:, 0, 2], h[:, 1, 2] = -z, y, -x
+        h -= h.transpose(0, 2, 1)
+        T[:, :3, :3] += 2.0 * (h + h @ h) / o[:, None, None]
         return T
 
 
