@@ -53,6 +53,7 @@ def _rectangle(shape: Section) -> SectionFigures:
     torsion = a * b**3 * (16 / 3 - 3.36 * b / a * (1 - b**4 / (12 * a**4)))
 
     def shear_area(nu: float) -> tuple[float, float]:
+        """Return the areas that bear shear along y and z [m^2]."""
         return (y * z * shear_coefficient.of_rectangle(nu),) * 2
 
     return SectionFigures(y * z, y * z**3 / 12, z * y**3 / 12, torsion, (y / 2, z / 2), shear_area)
@@ -68,6 +69,7 @@ def _tube(shape: Section) -> SectionFigures:
     area = math.pi * (outer**2 - inner**2) / 4
 
     def shear_area(nu: float) -> tuple[float, float]:
+        """Return the areas that bear shear along y and z [m^2]."""
         return (area * shear_coefficient.of_tube(nu, inner / outer),) * 2
 
     return SectionFigures(area, second, second, 2 * second, (outer / 2, outer / 2), shear_area)
@@ -86,6 +88,7 @@ def _box(shape: Section) -> SectionFigures:
     area = y * z - inner_y * inner_z
 
     def shear_area(nu: float) -> tuple[float, float]:
+        """Return the areas that bear shear along y and z [m^2]."""
         along_y = area * shear_coefficient.of_box(nu, middle_y, middle_z)
         return along_y, area * shear_coefficient.of_box(nu, middle_z, middle_y)
 
