@@ -33,22 +33,33 @@ class Listener:
     def create_subscription(self, *given):
         pass
 
+    def create_timer(self, period, call, **how):
+        self.late = call
+        return SimpleNamespace(cancel=lambda: None)
+
     def get_logger(self):
         return SimpleNamespace(error=lambda text: None, info=lambda text: None)
 
 
 def check_of(monkeypatch, is_live, reasons):
     """Return a check of the single link, its node, its exchange, and what tells the time; KEPT is judged."""
-    arm, clock = load_config(find_manipulator("single_link"), "geared"), SimpleNamespace(now=0.0)
+    clock = SimpleNamespace(now=0.0)
     monkeypatch.setattr(Gate, "judge", lambda self, model, filter_: reasons.pop(0))
     monkeypatch.setattr(arming_node.time, "monotonic", lambda: clock.now)
     controller = SimpleNamespace(model=KEPT)
-    node, exchange = Listener(), SimpleNamespace(controller=controller, is_armed=False, is_live=is_live)
-    inputs = LawInputs(limits_of(arm), ControllerConfig(), MpcConfig())
-    check = ArmingCheck(node, arm, inputs, MarginConfig(), exchange)
+    node = Listener()
+    exchange = SimpleNamespace(controller=controller, is_armed=False, is_live=is_live, answer="withheld")
+    check = begun(node, exchange)
     check._arming.take(KEPT)
     check.look()
     return check, node, exchange, clock
+
+
+def begun(node, exchange):
+    """Return a check that has just begun."""
+    arm = load_config(find_manipulator("single_link"), "geared")
+    inputs = LawInputs(limits_of(arm), ControllerConfig(), MpcConfig())
+    return ArmingCheck(node, arm, inputs, MarginConfig(), exchange)
 
 
 @pytest.mark.parametrize("is_live", [True, False])
@@ -69,6 +80,30 @@ def test_where_the_arm_stands_elsewhere_the_estimator_is_asked_and_the_guard_is_
     check._arming.take(ELSE)
     check.look()
     assert exchange.withheld == "margins: too small" and node.said[3:] == [("~/margins", exchange.withheld)]
+
+
+def test_by_the_clock_a_state_is_answered_before_the_loop_is_judged(monkeypatch):
+    """A controller that was started again was silent for the 2 s that judging the 3RRR takes."""
+    check, node, exchange, clock = check_of(monkeypatch, True, ["", "", ""])
+    again = begun(node, exchange)
+    node.said.clear()
+    exchange.answer = None
+    again._arming.take(KEPT)
+    again.look()
+    assert node.said == [] and not again.is_known
+    exchange.answer = "withheld"
+    again.look()
+    assert node.said == [("~/margins", "")] and again.is_known
+
+
+def test_without_any_state_the_loop_is_judged_all_the_same(monkeypatch):
+    check, node, exchange, clock = check_of(monkeypatch, True, ["", ""])
+    again = begun(node, exchange)
+    exchange.answer = None
+    again._arming.take(KEPT)
+    clock.now = arming_node.FIRST
+    node.late()
+    assert again.is_known
 
 
 def test_a_filter_that_cannot_be_read_does_not_stop_an_armed_arm(monkeypatch):

@@ -14,6 +14,7 @@ import math
 import time
 
 from flexarm_interfaces.msg import SteadyFilter
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Empty, String
 
@@ -27,6 +28,7 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.ros.node import LATCHED_QOS, RELIABLE_QOS
 
 ASK_PERIOD = 1.0  # s
+FIRST = 1.0  # s in which a state is answered before anything is judged
 
 
 class ArmingCheck:
@@ -53,11 +55,14 @@ class ArmingCheck:
         hold = HOLD if exchange.is_live else math.inf  # in lockstep nothing depends on a clock
         self._node, self._exchange, self._arming = node, exchange, Arming(gate, hold)
         self._n_u = len(arm.actuated)
-        self._asked = -math.inf
+        self._asked, self._began = -math.inf, time.monotonic()
         self._settle = node.create_publisher(Empty, "estimator/settle", RELIABLE_QOS)
         self._said = node.create_publisher(String, "~/margins", LATCHED_QOS)
         node.create_subscription(SteadyFilter, "estimator/steady_filter", self.on_filter, LATCHED_QOS)
         exchange.withheld = self._arming.reason
+        self._first = node.create_timer(
+            FIRST, self._look_alone, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
 
     @property
     def is_known(self) -> bool:
@@ -73,7 +78,14 @@ class ArmingCheck:
         self.look()
 
     def look(self) -> None:
-        """Judge what waits; cheap when nothing does."""
+        """Judge what waits; cheap when nothing does.
+
+        By the clock a state is answered first, or a controller that was started again would be silent for as
+        long as judging takes.
+        """
+        exchange = self._exchange
+        if exchange.is_live and exchange.answer is None and time.monotonic() < self._began + FIRST:
+            return
         controller = self._exchange.controller
         model, is_armed = None if controller is None else controller.model, self._exchange.is_armed
         now = time.monotonic()
@@ -81,6 +93,11 @@ class ArmingCheck:
             self._tell()
         elif self._arming.wants_filter(model, is_armed, now):
             self._ask(now)
+
+    def _look_alone(self) -> None:
+        """Look once more where no state has come to be answered."""
+        self._first.cancel()
+        self.look()
 
     def _ask(self, now: float) -> None:
         if now - self._asked > ASK_PERIOD:
