@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from test_simulate import TASK
 
 from flexarm_bringup.closed_loop import observe_tick, run_loop
 from flexarm_bringup.loop_effort import Effort
@@ -19,16 +20,6 @@ from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.tree.reduced_tree import ReducedTree
-
-TASK = """
-format: flexarm-moves/1
-manipulator: single_link
-presets: [geared]
-wait: 1.2 s
-watch: {from: 100 ms, to: 1.1 s, below: 20 Hz, tolerance: 0.5 mm}
-speed: 0.001
-moves: {out: {by: {base.rz: 10 deg}, duration: 0.5 s, ramps: [0.3 s, 96 ms]}}
-"""
 
 
 def moved(tmp_path: Path, silence: float) -> tuple[Effort, float]:

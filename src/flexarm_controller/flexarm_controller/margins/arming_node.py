@@ -83,12 +83,11 @@ class ArmingCheck:
         By the clock a state is answered first, or a controller that was started again would be silent for as
         long as judging takes.
         """
-        exchange = self._exchange
-        if exchange.is_live and exchange.answer is None and time.monotonic() < self._began + FIRST:
+        exchange, now = self._exchange, time.monotonic()
+        if exchange.is_live and exchange.answer is None and now < self._began + FIRST:
             return
-        controller = self._exchange.controller
-        model, is_armed = None if controller is None else controller.model, self._exchange.is_armed
-        now = time.monotonic()
+        controller, is_armed = exchange.controller, exchange.is_armed
+        model = None if controller is None else controller.model
         if self._arming.look(model, is_armed, now):
             self._tell()
         elif self._arming.wants_filter(model, is_armed, now):
