@@ -23,8 +23,8 @@ from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Plan
 from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.program.delay import torques_kept
-from flexarm_controller.reference import Reference, hold
-from flexarm_controller.reference_jump import without_jump
+from flexarm_controller.reference import Reference
+from flexarm_controller.reference_queue import ReferenceQueue
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_controller.state_fit import fitted
@@ -79,12 +79,17 @@ class Controller:
         self._effort = limits.effort.tolist()
         self._reach = (limits.effort_rate * period).tolist()  # of a torque from one period to the next
         self._former = FormerPlan(limits.effort.size, period, self.config.shifted_periods)
-        self.reference: Reference | None = None
+        self.queue = ReferenceQueue(limits.velocity, period)
         self.notice, self._t = "", math.inf
         self._former_id = ""
         self.model = model
         self.adopt(model)
         self.reset()
+
+    @property
+    def reference(self) -> Reference | None:
+        """What is followed; None when nothing is."""
+        return self.queue.reference
 
     @property
     def overruns(self) -> int:
@@ -108,7 +113,7 @@ class Controller:
 
     def reset(self) -> bool:
         """Forget what was sent, planned and asked for: the motors were elsewhere; had that still to begin?"""
-        is_awaited = self.reference is not None and bool(self.reference.t[0] > self._t)
+        is_awaited = self.queue.has_to_begin(self._t)
         kept = torques_kept(self._inputs.mpc, self.config.period)
         self._sent = np.zeros((kept, self._limits.effort.size))
         self._has_begun = False
@@ -116,25 +121,19 @@ class Controller:
         self._former.drop()
         self._trust.close()
         self._interruption.clear()
-        self.reference, self._is_led, self.notice = None, False, ""
+        self.queue.clear()
+        self.notice = ""
         return is_awaited
 
     def drop_reference(self, before: float) -> float | None:
         """Forget a reference that nobody follows yet and that begins before a time [s]; returns its begin."""
-        if self._is_led or self.reference is None or not self.reference.t[0] < before:
-            return None
-        begun, self.reference = float(self.reference.t[0]), None
-        return begun
+        return self.queue.drop(before)
 
     def follow(self, reference: Reference) -> str:
-        """Take a reference if the axes can follow it; returns why not, or nothing.
-
-        One that jumps away from what is followed now is caught up with at the velocity limit.
-        """
+        """Take a reference if the axes can follow it; returns why not, or nothing. See ``ReferenceQueue``."""
         fault = reference.fault(self._limits, self.model.theta_names)
-        if not fault and self._is_led and self.reference is not None:
-            reference = self._lead(self.reference.position(self._t), reference)
-        self.reference = self.reference if fault else reference
+        if not fault:
+            self.queue.take(reference, self._t)
         return fault
 
     def step(self, state: ArmState) -> ControlCommand:
@@ -172,9 +171,8 @@ class Controller:
         """Judge the state and ask the law."""
         fault, plan, refusal = self._outcome(state), NO_PLAN, ""
         self.notice = self._drop_begun(state.t)
-        if not self._is_led and not fault:
-            asked = self.reference or hold(state.theta, state.t)
-            self.reference, self._is_led = self._lead(state.theta, asked), True
+        if not self.queue.is_led and not fault:
+            self.queue.lead(state.theta, state.t)
             self._interruption.clear()
         reference = self.reference
         if reference is not None and not fault:
@@ -189,8 +187,9 @@ class Controller:
         """Return why the state cannot be used, empty when it can; give the motion up when that lasts."""
         fault = self._trust.judge(state, self.model.model_id, self._former_id, self._laws.scale)
         self._interruption.note(state.t, fault)
-        if self._interruption.lasts and self._is_led:
-            self.reference, self._is_led, self._interruption.has_ended_motion = None, False, True
+        if self._interruption.lasts and self.queue.is_led:
+            self.queue.clear()
+            self._interruption.has_ended_motion = True
         return f"{fault}: the motion is given up" if self._interruption.has_ended_motion and fault else fault
 
     def _drop_begun(self, t: float) -> str:
@@ -200,10 +199,6 @@ class Controller:
         if begun is None:
             return ""
         return f"reference dropped: it began {t - begun:.3g} s ago, when the state was lost"
-
-    def _lead(self, theta: Array, reference: Reference) -> Reference:
-        """Return what leads the axes from ``theta`` to a reference from now on."""
-        return without_jump(theta, reference, self._t, self._limits.velocity, self.config.period)
 
     def _remember(self, choice: Choice, cycle: Cycle) -> Array:
         """Keep what is planned for the cycles to come and return it, (k, n_u)."""

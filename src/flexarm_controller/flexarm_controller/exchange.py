@@ -24,7 +24,7 @@ from flexarm_controller.motion.admission import admit, check_begin
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.nonlinear.settings import NmpcConfig
-from flexarm_controller.reference_jump import describe_dropped
+from flexarm_controller.reference_queue import describe_queued
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_controller.time_budget import Clocks
@@ -227,11 +227,11 @@ class ControllerExchange:
         reference, remark = admit(
             reference, model, self._limits, self._motion, self.is_armed and self.is_live
         )
-        under_way = self.controller.reference if self.is_armed else None
-        dropped = describe_dropped(under_way, reference, now, self._settings.period)
+        under_way = self.controller.queue.leading if self.is_armed else None
+        queued = describe_queued(under_way, reference, now, self._settings.period)
         if fault := self.controller.follow(reference):
             raise MotionError(fault)
-        return tuple(said for said in (remark, dropped) if said)
+        return tuple(said for said in (remark, queued) if said)
 
     def _refuse_model(self, msg: Any, reason: str) -> list[Outgoing]:
         self.model_fault = reason

@@ -50,22 +50,6 @@ def without_jump(theta: Array, reference: Reference, t: float, velocity: Array, 
     return _joined(np.stack([path, speeds]), reference, t, dt)
 
 
-def describe_dropped(under_way: Reference | None, after: Reference, t: float | None, dt: float) -> str:
-    """Return in words that what is followed ends early for a reference that begins later; else nothing.
-
-    Args:
-        under_way: What is followed; None when nothing is.
-        after: What shall be followed from now on.
-        t: Now [s]; None when nobody knows.
-        dt: Control period [s].
-    """
-    if under_way is None or t is None or under_way.t[0] > t:
-        return ""
-    begin = float(after.t[0])
-    is_dropped = min(begin, float(under_way.t[-1])) > t + 2.0 * dt
-    return f"the motion under way ends now, {begin - t:.3g} s before this one begins" if is_dropped else ""
-
-
 def _every_period(reference: Reference, t: float, dt: float) -> Iterator[tuple[Array, Array]]:
     """Give position and velocity at ``t`` [s] and every period from there on, (n_theta,) each."""
     for first in range(0, LONGEST, BLOCK):

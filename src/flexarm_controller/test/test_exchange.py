@@ -196,17 +196,20 @@ def slow_move(begin, theta=1.5):
     )
 
 
-def test_a_motion_that_ends_for_one_that_begins_later_is_told(exchange, model):
-    """References are not queued: the axes go to where the newest begins, at once."""
+@pytest.mark.parametrize(
+    ("begin", "words"),
+    [
+        (2.3, "; the motion under way is cut off when this one begins, in 2.3 s"),
+        (12.0, "; the motion under way ends first, this one begins in 12 s"),
+        (0.0, ""),
+    ],
+)
+def test_a_reference_that_waits_for_its_begin_says_so(exchange, model, begin, words):
     exchange.on_model(model_to_msg(model))
     exchange.on_guard_status(GuardStatus(session_token=5, mode=GuardStatus.ARMED))
     exchange.on_modal_state(state(model, 0))
-    said = [
-        answers(exchange.on_reference(slow_move(begin)))["controller_status"].reason for begin in (0.0, 2.3)
-    ]
-    assert said[0] == "reference accepted: 2 points"
-    assert said[1] == f"{said[0]}; the motion under way ends now, 2.3 s before this one begins"
-    assert answers(exchange.on_reference(slow_move(0.0)))["controller_status"].reason == said[0]
+    said = [answers(exchange.on_reference(slow_move(at)))["controller_status"].reason for at in (0.0, begin)]
+    assert said == ["reference accepted: 2 points", f"reference accepted: 2 points{words}"]
 
 
 @pytest.mark.parametrize(("begin", "is_taken"), [(5.0, True), (0.9, True), (0.0, False), (-20.0, False)])

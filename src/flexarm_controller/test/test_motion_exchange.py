@@ -276,6 +276,49 @@ def test_a_motion_of_which_the_model_node_says_nothing_ends_at_rest(config, mode
         )
 
 
+def waiting(begin_k):
+    """Return the message of a reference from 0.3 rad that begins in a period to come."""
+    t, theta = np.array([0.0, 1.0]), np.array([[0.3], [0.0]])
+    return reference_to_msg(
+        Reference(t, theta, np.zeros((2, 1)), np.zeros((2, 1))), ("base.rz",), EPOCH + begin_k * PERIOD_NS
+    )
+
+
+def test_a_goal_is_reached_and_settles_while_a_reference_waits_for_its_begin(config, model):
+    """It was aborted at once, and the axes turned to where the reference begins."""
+    exchange, goals = arm_of(config, model)
+    goals.on_move_tip(request_to(0.3))
+    said = reasons(goals.on_reference(waiting(400)))
+    assert said == ["reference accepted: 2 points; the motion under way ends first, this one begins in 2 s"]
+    ends = []
+    for k in range(1, 420):
+        there = state(model, k)
+        there.theta = exchange.controller.reference.position(k * PERIOD).tolist()
+        exchange.on_modal_state(there)
+        ends += [m.state for m in told(goals.update(), "motion_status") if m.state != MotionStatus.EXECUTING]
+    assert ends == [MotionStatus.SUCCEEDED]
+    assert exchange.controller.reference.position(9.0)[0] == 0.0
+
+
+def test_the_models_of_a_motion_are_waited_for_also_while_another_one_waits(config, model):
+    exchange, goals = arm_of(config, model)
+    goals.has_models = lambda: True
+    goals.on_reference(reference_to_msg(swing(0.3, 1.8), ("base.rz",), EPOCH + PERIOD_NS))
+    goals.on_reference(waiting(400))
+    goals.on_models(f"{EPOCH + 400 * PERIOD_NS}: 3 ab12")
+    exchange.on_modal_state(state(model, 102))
+    assert SILENCE in reasons(goals.update())
+    assert exchange.controller.reference.position(9.0)[0] < 0.25  # rad; nothing waits any more
+
+
+def test_a_reference_that_waits_and_has_no_models_ends_what_is_under_way(config, model):
+    exchange, goals = arm_of(config, model)
+    goals.on_reference(reference_to_msg(swing(0.3, 1.8), ("base.rz",), EPOCH + PERIOD_NS))
+    goals.on_reference(waiting(400))
+    assert NO_MODELS in reasons(goals.on_models(f"{EPOCH + 400 * PERIOD_NS}: refused: {REFUSAL}"))
+    assert exchange.controller.reference.position(9.0)[0] < 0.1  # rad
+
+
 @pytest.mark.parametrize("is_told", [True, False])
 def test_a_motion_goes_on_once_its_models_are_told_and_where_nobody_ever_tells_them(config, model, is_told):
     exchange, goals = arm_of(config, model)

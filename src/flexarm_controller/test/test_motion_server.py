@@ -44,6 +44,9 @@ class ExactArm:
         self.reference = self.reference if fault else reference
         return fault
 
+    def follows(self, reference):
+        return self.reference is reference
+
     def state(self, **changes):
         theta = self.reference.position(self.t) if self.reference else np.zeros(1)
         eta = np.array([self.bend, 0.0, 0.0])

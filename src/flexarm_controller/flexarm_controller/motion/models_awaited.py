@@ -11,16 +11,18 @@ PATIENCE_NS = 500_000_000  # after a motion has begun; a busy machine makes its 
 
 
 class ModelsAwaited:
-    """Remembers what is followed, and what was said of it, whatever is said of other references since."""
+    """Remembers what is followed or waits for its begin, and what was said of it."""
 
     def __init__(self) -> None:
         """Begin with nothing followed."""
-        self._followed_ns, self._newest, self._said = NOTHING[0], NOTHING, NOTHING
-        self._is_awaited = False
+        self._followed: list[tuple[int, bool]] = []  # stamp [ns] and whether it is awaited, in order
+        self._said: dict[int, str] = {}
+        self._newest = NOTHING
 
     def follow(self, stamp_ns: int, is_awaited: bool) -> None:
-        """Follow the reference of a stamp [ns]; of one that is not awaited nothing need be said."""
-        self._followed_ns, self._is_awaited = stamp_ns, is_awaited
+        """Follow a reference from its stamp on [ns]; of one that is not awaited nothing need be said."""
+        earlier = [known for known in self._followed if known[0] < stamp_ns]
+        self._followed = [*earlier, (stamp_ns, is_awaited)]
         self._note()  # the model node may have been quicker
 
     def hear(self, text: str) -> None:
@@ -30,18 +32,21 @@ class ModelsAwaited:
 
     def forget(self) -> None:
         """Follow nothing that could lack models."""
-        self._followed_ns = NOTHING[0]
+        self._followed.clear()
 
     def missing(self, now_ns: int) -> str:
         """Return at a stamp [ns] why there are no models; empty where there are, or may still be."""
-        if self._followed_ns < 0:
-            return ""
-        stamp_ns, words = self._said
-        if stamp_ns == self._followed_ns:
-            return words.removeprefix("refused: ") if words.startswith("refused: ") else ""
-        is_late = self._is_awaited and now_ns > self._followed_ns + PATIENCE_NS
-        return f"{1e-9 * PATIENCE_NS:g} s after its begin the model node has said nothing" if is_late else ""
+        begun = [stamp_ns for stamp_ns, _ in self._followed if stamp_ns <= now_ns]
+        self._followed = [known for known in self._followed if known[0] >= max(begun, default=0)]
+        for stamp_ns, is_awaited in self._followed:
+            words = self._said.get(stamp_ns, "")
+            if words.startswith("refused: "):
+                return words.removeprefix("refused: ")
+            if is_awaited and not words and now_ns > stamp_ns + PATIENCE_NS:
+                return f"{1e-9 * PATIENCE_NS:g} s after its begin the model node has said nothing"
+        return ""
 
     def _note(self) -> None:
-        if self._newest[0] == self._followed_ns:
-            self._said = self._newest
+        stamps = [stamp_ns for stamp_ns, _ in self._followed]
+        said = {**self._said, self._newest[0]: self._newest[1]}
+        self._said = {stamp_ns: said[stamp_ns] for stamp_ns in stamps if stamp_ns in said}

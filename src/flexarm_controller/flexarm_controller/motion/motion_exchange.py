@@ -198,6 +198,10 @@ class _Arm:
         """What is followed."""
         return self._controller.reference
 
+    def follows(self, reference: Reference | None) -> bool:
+        """Tell whether this very reference is followed now, or waits for its begin."""
+        return self._controller.queue.follows(reference, self.state.t)
+
     @property
     def ended_by(self) -> str:
         """Why nothing is followed any more: the guard has stopped the arm, or its state was lost."""

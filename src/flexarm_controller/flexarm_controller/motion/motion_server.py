@@ -48,6 +48,10 @@ class Follower(Protocol):
         """Take a reference or return why not."""
         ...
 
+    def follows(self, reference: Reference | None) -> bool:
+        """Tell whether this very reference is followed now, or waits for its begin."""
+        ...
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -174,7 +178,7 @@ class MotionServer:
         return told
 
     def _judge(self, pursuit: Pursuit, arm: Follower, state: ArmState) -> None:
-        is_own = arm.reference is pursuit.reference
+        is_own = arm.follows(pursuit.reference)
         distance = self._distance(arm, state) if is_own and pursuit.is_due(state.t, self._config) else np.nan
         progress = pursuit.judge(state.t, distance, self._config)
         if not is_own:
