@@ -214,3 +214,25 @@ def test_what_takes_too_long_with_a_reserve_of_torque_is_stretched_as_a_whole():
         MotionError, match="it would take .* times its time, 1.6 allowed: axis base.rz: torque"
     ):
         admit(asked, model, limits, MotionConfig(excess_slowdown=1.6))
+
+
+def wide(limits):
+    """Return limits of torque alone."""
+    far = np.full(2, 50.0)
+    return replace(limits, velocity=far, position_low=-far, position_high=far)
+
+
+def test_what_ends_sooner_stretched_as_a_whole_is_stretched():
+    """Where axes begin and end at speed, slowing down where torque is short took up to 3 times longer."""
+    model, limits = two_axes(), wide(two_axis_limits())
+    equilibrium, sooner = build_equilibrium(model), 0
+    for seed in range(100, 124):
+        rng = np.random.default_rng(seed)
+        t, theta = np.cumsum(rng.uniform(0.1, 0.4, 5)), np.cumsum(rng.normal(0, 0.4, (5, 2)), axis=0)
+        asked = Reference.through(t, theta, rng.normal(0, 1.0, (5, 2)))
+        followed, remark = admit(asked, model, limits, MotionConfig(excess_slowdown=20.0))
+        assert find_excess(followed, limits, model.theta_names, equilibrium) is None
+        stretched, _ = stretch(asked, limits, model.theta_names, equilibrium)
+        assert followed.t[-1] <= stretched.t[-1]
+        sooner += "as slowing down only where torque is short takes longer" in remark
+    assert 0 < sooner < 24

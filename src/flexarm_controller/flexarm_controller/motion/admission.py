@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.excess import Excess, find_excess
@@ -15,6 +15,7 @@ from flexarm_controller.reference import Reference
 from flexarm_model.motion.conversions import LONGEST
 from flexarm_model.served.reduced_model import ReducedModel
 
+_Asked = tuple[Reference, Limits, Sequence[str], Equilibrium, float]
 MOST_SLOWED = (
     100  # points times axes of what is slowed down while commands are awaited: 0.35 ms each at worst
 )
@@ -59,22 +60,31 @@ def admit(
     raise MotionError(str(excess))
 
 
-def _retimed(
-    asked: tuple[Reference, Limits, Sequence[str], Equilibrium, float], excess: Excess
-) -> tuple[Reference, str]:
-    """Return it slowed down where torque is short, as a whole where that does not suffice; and a remark."""
-    try:
-        slowed, late = retime(*asked)
-        return slowed, f"slowed down where torque is short, ends {late:.3f} s later: {excess}"
-    except MotionError as error:
-        try:
-            slowed, factor = stretch(*asked)
-        except MotionError:
-            raise error from None
-    return slowed, (
-        f"stretched in time by {factor:.4g}, as slowing down only where torque is short does not suffice: "
-        f"{excess}"
+def _retimed(asked: _Asked, excess: Excess) -> tuple[Reference, str]:
+    """Return it slowed down where torque is short, or as a whole where that ends sooner; and a remark."""
+    slowed, stretched = _tried(retime, asked), _tried(stretch, asked)
+    if isinstance(slowed, MotionError):
+        if isinstance(stretched, MotionError):
+            raise slowed
+        why = "does not suffice"
+    elif isinstance(stretched, MotionError) or slowed[0].t[-1] <= stretched[0].t[-1]:
+        return slowed[0], f"slowed down where torque is short, ends {slowed[1]:.3f} s later: {excess}"
+    else:
+        why = "takes longer"
+    whole, factor = stretched
+    return whole, (
+        f"stretched in time by {factor:.4g}, as slowing down only where torque is short {why}: {excess}"
     )
+
+
+def _tried(
+    slow: Callable[..., tuple[Reference, float]], asked: _Asked
+) -> tuple[Reference, float] | MotionError:
+    """Return what slowing down leads to, or why it leads nowhere."""
+    try:
+        return slow(*asked)
+    except MotionError as error:
+        return error
 
 
 def check_begin(after: float, late: float) -> None:
