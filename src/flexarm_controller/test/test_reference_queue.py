@@ -92,7 +92,7 @@ def test_who_waits_for_the_end_of_a_motion_is_told_that_it_is_followed_until_the
     assert not queue.follows(first, 0.5) and not queue.has_to_begin(0.5)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 10**6), jerky=st.booleans())
 def test_whatever_is_taken_nothing_jumps_and_the_newest_is_followed_at_its_end(seed, jerky):
     """Not between two periods beyond what the fastest axis may do, and what is asked for last is reached."""

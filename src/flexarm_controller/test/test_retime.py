@@ -226,7 +226,7 @@ def test_what_ends_sooner_stretched_as_a_whole_is_stretched():
     """Where axes begin and end at speed, slowing down where torque is short took up to 3 times longer."""
     model, limits = two_axes(), wide(two_axis_limits())
     equilibrium, sooner = build_equilibrium(model), 0
-    for seed in range(100, 124):
+    for seed in range(100, 110):
         rng = np.random.default_rng(seed)
         t, theta = np.cumsum(rng.uniform(0.1, 0.4, 5)), np.cumsum(rng.normal(0, 0.4, (5, 2)), axis=0)
         asked = Reference.through(t, theta, rng.normal(0, 1.0, (5, 2)))
@@ -235,4 +235,4 @@ def test_what_ends_sooner_stretched_as_a_whole_is_stretched():
         stretched, _ = stretch(asked, limits, model.theta_names, equilibrium)
         assert followed.t[-1] <= stretched.t[-1]
         sooner += "as slowing down only where torque is short takes longer" in remark
-    assert 0 < sooner < 24
+    assert 0 < sooner < 10
