@@ -36,7 +36,7 @@ from flexarm_bringup.monitor.conversions import (
 )
 from flexarm_bringup.monitor.model_book import ModelBook
 from flexarm_bringup.monitor.picture import SILENT, UNKNOWN, Picture, TipRow
-from flexarm_bringup.processes.spinning import spin_once
+from flexarm_bringup.processes.spinning import MANY, spin_once
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_model.conversions import model_from_msg, verdict_from_msg
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -77,7 +77,7 @@ class MonitorNode(Node):  # type: ignore[misc]
             if now - self._looked >= LOOK_PERIOD:
                 self._looked = now
                 self._look()
-            spin_once(self._executor, end - now)
+            spin_once(self._executor, end - now, MANY)
 
     def on_diagnostics(self, msg: DiagnosticArray) -> None:
         """Keep the newest verdict of every subject."""

@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 
 from flexarm_bringup.message_class import message_class
 from flexarm_bringup.processes.graph import Process
-from flexarm_bringup.processes.spinning import spin_once
+from flexarm_bringup.processes.spinning import MANY, spin_once
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.topics import NAMESPACE, find_stream
@@ -70,13 +70,13 @@ class Ear:
         while not condition():
             if time.monotonic() >= deadline:
                 raise WaitedTooLong(f"waited {seconds:g} s for {what}")
-            spin_once(self._executor, 0.02)
+            spin_once(self._executor, 0.02, MANY)
 
     def listen(self, seconds: float) -> None:
         """Listen for a while."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
-            spin_once(self._executor, 0.02)
+            spin_once(self._executor, 0.02, MANY)
 
     def wait_ready(self, *names: str) -> None:
         """Wait until these nodes are ready."""

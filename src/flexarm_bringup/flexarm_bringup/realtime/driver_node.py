@@ -25,7 +25,7 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_bringup.processes.late_cycles import LateCycles
-from flexarm_bringup.processes.spinning import spin_once
+from flexarm_bringup.processes.spinning import MANY, spin_once
 from flexarm_bringup.realtime.answered import AnsweredPeriods
 from flexarm_bringup.realtime.figures import Counts, Figures
 from flexarm_controller.conversions import reference_to_msg
@@ -104,7 +104,7 @@ class Driver(Node):
         self._late.begin()
         start, began = self._counts(), time.monotonic()
         while time.monotonic() - began < seconds and self._guard.mode == GuardStatus.ARMED and not failed():
-            spin_once(self._executor, 0.05)
+            spin_once(self._executor, 0.05, MANY)
         stop = failed() or ("" if self._guard.mode == GuardStatus.ARMED else self._guard.reason)
         counts = self._counts().since(start)
         return Figures(
@@ -141,7 +141,7 @@ class Driver(Node):
             if failed() or time.monotonic() > deadline:
                 waited = f"waited {PATIENCE:g} s for {what}: {self._answer or 'nothing'}"
                 raise DriverError(failed() or waited)
-            spin_once(self._executor, 0.05)
+            spin_once(self._executor, 0.05, MANY)
 
     def _counts(self) -> Counts:
         g, s = self._guard, self._status

@@ -29,7 +29,7 @@ from trajectory_msgs.msg import JointTrajectory
 from flexarm_bringup.monitor.arrivals import Arrivals, newest_common
 from flexarm_bringup.monitor.conversions import tip_of
 from flexarm_bringup.processes.late_cycles import LateCycles
-from flexarm_bringup.processes.spinning import spin_once
+from flexarm_bringup.processes.spinning import MANY, spin_once
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import NS_PER_S, verdict_from_msg
@@ -97,7 +97,7 @@ class SoakNode(Node):  # type: ignore[misc]
         """Hear what comes within a while [s]."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0.0:
-            spin_once(self._executor, left)
+            spin_once(self._executor, left, MANY)
 
     def pose(self) -> Array | None:
         """Return the actuated axes of a usable estimate, (n_theta,); None without one."""
