@@ -16,6 +16,7 @@ from scipy import sparse
 
 from flexarm_model.fe_import.fe_model import FeModel
 from flexarm_model.fe_import.free_modes import free_modes
+from flexarm_model.fe_import.negative_mass import count_negative_mass, say_negative_mass
 from flexarm_model.fe_import.rigid_mass import RigidMass, rigid_mass
 from flexarm_model.fe_import.rigid_motions import EXPECTED, rigid_motions, spoken_motion
 from flexarm_model.fe_import.sparse_modes import Factor
@@ -91,8 +92,11 @@ class Checks:
     @property
     def problems(self) -> list[str]:
         """What is wrong, in sentences; empty for a sound body."""
-        found = _quick_problems(self.asymmetry, self.rigid_force, self.held, self.rigid.mass)
-        for name, count in zip(_MATRICES, self.n_negative, strict=False):
+        n_mass = self.n_negative[0]
+        found = _quick_problems(self.asymmetry, n_mass, self.rigid_force, self.held, self.rigid.mass)
+        if n_mass:
+            return found  # with such a mass modes say nothing about the stiffness
+        for name, count in zip(_MATRICES[1:], self.n_negative[1:], strict=False):
             if count:
                 found.append(f"the {name} has {count} negative eigenvalues; expected none")
         if self.n_rigid != 6:
@@ -134,11 +138,12 @@ def check_model(model: FeModel) -> Checks:
     """
     rigid = rigid_motions(model)
     massless = rigid.massless()
+    n_mass = count_negative_mass(model.M)
     try:
         modes = free_modes(model, massless)
     except ValueError as error:
-        raise ValueError(f"body '{model.name}': {error}") from None
-    negative = [_count_negative(model.M, 1e-12), modes.n_negative]  # rotations may bear no mass
+        raise ValueError(f"body '{model.name}': {say_negative_mass(n_mass) if n_mass else error}") from None
+    negative = [n_mass, modes.n_negative]
     if model.D is not None:
         negative.append(_count_negative(model.D, FEEDING))
     return Checks(
@@ -165,7 +170,8 @@ def refuse_unsound(model: FeModel) -> None:
         ValueError: Names the body and what is wrong.
     """
     mass, held = rigid_mass(model).mass, rigid_motions(model).held()
-    problems = _quick_problems(_asymmetries(model), _rigid_force(model), held, mass)
+    n_mass = count_negative_mass(model.M)
+    problems = _quick_problems(_asymmetries(model), n_mass, _rigid_force(model), held, mass)
     if problems:
         raise ValueError(f"body '{model.name}': {'; '.join(problems)}")
 
@@ -184,13 +190,17 @@ def refuse_feeding(name: str, D: Array) -> None:
         )
 
 
-def _quick_problems(asymmetry: tuple[float, ...], rigid_force: float, held: str, mass: float) -> list[str]:
+def _quick_problems(
+    asymmetry: tuple[float, ...], n_mass: int, rigid_force: float, held: str, mass: float
+) -> list[str]:
     found = []
     for name, value in zip(_MATRICES, asymmetry, strict=False):  # a damping is not always given
         if not value <= SYMMETRY:
             found.append(f"the {name} is not symmetric: entries differ by {value:.1e} of the largest")
     if not mass > 0:
         found.append(f"the mass is {mass:g} kg; expected above 0")
+    if n_mass:
+        found.append(say_negative_mass(n_mass))
     if not rigid_force <= RIGID_FORCE:
         found.append(
             f"the stiffness resists rigid motion ({rigid_force:.1e} of its largest entry), {held}; {EXPECTED}"

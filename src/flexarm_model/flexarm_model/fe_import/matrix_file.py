@@ -2,7 +2,7 @@
 
 | file | content |
 |---|---|
-| Matrix Market (``.mtx``, ``.mm``; first line ``%%MatrixMarket ...``) | real; symmetric or general |
+| Matrix Market (``.mtx``, ``.mm``; first line ``%%MatrixMarket ...``) | real; symmetric means one triangle |
 | MATLAB (``.mat``, versions 4 to 7.2) | the only matrix in it, or the one that ``variable`` names |
 | Abaqus (``.mtx``) | ``*MATRIX OUTPUT, FORMAT=COORDINATE``: row, column, value |
 | Harwell-Boeing (``.matrix``, ``.hb``, ``.rsa``, ``.rua``) | text, as Ansys' ``HBMAT`` writes it |
@@ -12,8 +12,10 @@ A matrix of which only one triangle is stored is completed by symmetry.
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +29,7 @@ from flexarm_model.manipulator.imported_body import MatrixFile
 from flexarm_model.settings.strict_yaml import ConfigError
 
 _BANNER = "matrixmarket"
+_SYMMETRIC = "symmetric"
 _COMMENT = "%"  # of Matrix Market; Abaqus has **
 
 
@@ -108,16 +111,37 @@ def _read_text_matrix(file: MatrixFile) -> Any:
 
 
 def _read_matrix_market(file: MatrixFile) -> Any:
-    if "pattern" in _first_line(file.path).lower().split():
+    """Read entries as they stand; under the heading symmetric they must be those of one triangle.
+
+    The format puts those on and below the diagonal there [Boisvert1996]; above it they are as clear. SciPy
+    adds the mirror image of each, so that where both triangles stand in a file they count twice.
+    """
+    words = _first_line(file.path).lower().split()
+    if "pattern" in words:
         raise ConfigError(f"{file.path}: says where entries are (pattern), not what; expected real entries")
+    is_triangle = {"coordinate", _SYMMETRIC} <= set(words)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # of sparse arrays to come: either is taken
-            return io.mmread(file.path)
+            found = io.mmread(_as_general(file.path) if is_triangle else file.path)
     except MemoryError:
         raise ConfigError(f"{file.path}: line 2: a size too large for this computer") from None
     except (ValueError, OverflowError, TypeError) as error:
         raise ConfigError(f"{file.path}: is not a Matrix Market file of a real matrix: {error}") from None
+    side = np.sign(found.row - found.col)[found.data != 0.0] if is_triangle else np.zeros(1)
+    if side.min(initial=0) < 0 < side.max(initial=0):
+        raise ConfigError(
+            f"{file.path}: line 1: is headed symmetric, and entries stand on both sides of the diagonal; "
+            "expected one triangle, or the heading general"
+        )
+    return found
+
+
+def _as_general(path: Path) -> BytesIO:
+    """Return the content of a file with "symmetric" in its first line made "general"."""
+    heading, *content = path.read_bytes().split(b"\n", 1)
+    heading = re.sub(_SYMMETRIC.encode(), b"general", heading, flags=re.IGNORECASE)
+    return BytesIO(b"\n".join([heading, *content]))
 
 
 def _read_abaqus(file: MatrixFile) -> Any:
