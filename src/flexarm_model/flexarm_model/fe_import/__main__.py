@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from flexarm_model.fe_import.checks import check_model
 from flexarm_model.fe_import.fe_model import load_model
-from flexarm_model.fe_import.loose_nodes import without_idle
+from flexarm_model.fe_import.interfaces import make_interface
 from flexarm_model.manipulator.imported_body import ImportedBody
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -26,7 +26,15 @@ def main(arguments: Sequence[str]) -> int:
             raise ValueError(
                 f"body '{arguments[1]}': expected an imported one: {', '.join(imported) or 'none'}"
             )
-        checks = check_model(without_idle(load_model(body), body.taken_along))
+        model = load_model(body)
+        checks = check_model(
+            model,
+            [
+                make_interface(model, name, nodes, body.nodes[name])
+                for name, nodes in body.sets.items()
+                if nodes.kind == "rigid"
+            ],
+        )
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2

@@ -2,11 +2,12 @@
 
 M, K and D symmetric; M positive; K without resistance to the six rigid motions and positive otherwise; D
 feeding no mode. Every reduction asks for what is quick to see (``refuse_unsound``); ``check_model`` looks at
-all of it.
+all of it. Where elements alone do not hold the body together, its rigid interfaces may.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +16,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from flexarm_model.fe_import.fe_model import FeModel
-from flexarm_model.fe_import.free_modes import free_modes
+from flexarm_model.fe_import.feeding_damping import FEEDING
+from flexarm_model.fe_import.free_modes import N_RIGID, free_modes
+from flexarm_model.fe_import.interfaces import Interface
+from flexarm_model.fe_import.loose_nodes import without_idle
 from flexarm_model.fe_import.negative_mass import count_negative_mass, say_negative_mass
 from flexarm_model.fe_import.rigid_mass import RigidMass, rigid_mass
 from flexarm_model.fe_import.rigid_motions import EXPECTED, rigid_motions, spoken_motion
@@ -28,7 +32,6 @@ SYMMETRY = 1e-6  # largest departure, relative to the largest entry: what seven 
 RIGID_FORCE = 1e-6  # force against a rigid motion, relative to the largest stiffness times that motion
 DENSITY = (10.0, 25e3)  # kg/m^3 of the box about a solid: an airy frame's, more than osmium's
 SHELL_DOF = 6  # per node; shells and beams have no thickness in their nodes
-FEEDING = 1e-6  # negative eigenvalue of the damping of the modes, relative to the largest: rounding
 _MATRICES = ("mass", "stiffness", "damping")
 
 
@@ -46,6 +49,7 @@ class Checks:
         massless: Rigid motions that move no mass, in words.
         held: Which rigid motion the stiffness resists most, in words.
         n_rigid: Modes without stiffness.
+        is_joined: Its rigid interfaces are in what is said of modes: elements alone do not hold it together.
         elastic_hz: The slowest of the others [Hz].
         rigid: Mass, centre of mass and inertia.
         size: Of the box about its nodes, body axes [m], (3,).
@@ -61,6 +65,7 @@ class Checks:
     massless: tuple[str, ...]
     held: str
     n_rigid: int
+    is_joined: bool
     elastic_hz: Array
     rigid: RigidMass
     size: Array
@@ -71,6 +76,11 @@ class Checks:
         """Mass over the volume of the box about the nodes [kg/m^3]; inf where that is flat."""
         volume = float(np.prod(self.size))
         return self.rigid.mass / volume if volume > 0.0 else np.inf
+
+    @property
+    def count_of_rigid(self) -> str:
+        """Number of modes without stiffness, in words: only the slowest few modes are looked at."""
+        return "at least " * (self.n_rigid > N_RIGID and not self.elastic_hz.size) + f"{self.n_rigid}"
 
     @property
     def suspicions(self) -> list[str]:
@@ -99,10 +109,11 @@ class Checks:
         for name, count in zip(_MATRICES[1:], self.n_negative[1:], strict=False):
             if count:
                 found.append(f"the {name} has {count} negative eigenvalues; expected none")
-        if self.n_rigid != 6:
-            held = f" (the stiffness resists {self.held}); {EXPECTED}" if self.n_rigid < 6 else ""
+        if self.n_rigid != N_RIGID:
+            few = f" (the stiffness resists {self.held}); {EXPECTED}" if self.n_rigid < N_RIGID else ""
+            body = "body with its rigid interfaces" if self.is_joined else "free body"
             found.append(
-                f"{self.n_rigid} modes of the free body have no stiffness; expected the 6 rigid ones{held}"
+                f"{self.count_of_rigid} modes of the {body} have no stiffness; expected the 6 rigid ones{few}"
             )
         return found
 
@@ -116,7 +127,7 @@ class Checks:
             f"negative eigenvalues of {given}": ", ".join(map(str, self.n_negative)),
             "force against rigid motion": f"{self.rigid_force:.1e}",
             "mass unlike in x, y, z": f"{self.unlike:.1e}",
-            "rigid modes": f"{self.n_rigid}",
+            "rigid modes": self.count_of_rigid + (" with the rigid interfaces" if self.is_joined else ""),
             "slowest elastic modes [Hz]": ", ".join(f"{f:.5g}" for f in self.elastic_hz),
             "mass [kg]": f"{self.rigid.mass:.6g}",
             "size x, y, z [m]": ", ".join(f"{c:.6g}" for c in self.size),
@@ -130,17 +141,23 @@ class Checks:
         return "\n".join([f"body '{self.name}'", *(f"  {key:33}{value}" for key, value in rows.items())])
 
 
-def check_model(model: FeModel) -> Checks:
+def check_model(model: FeModel, interfaces: Sequence[Interface] = ()) -> Checks:
     """Return all figures of a body.
 
+    Args:
+        model: The body.
+        interfaces: Its rigid ones, which take nodes along and may join parts.
+
     Raises:
-        ValueError: The matrices are too broken to be factorised.
+        ValueError: The matrices are too broken to be factorised, or two interfaces share a node.
     """
+    whole, taken = model, [item.dof // model.dof_per_node for item in interfaces]
+    model = without_idle(model, np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *taken])))
     rigid = rigid_motions(model)
     massless = rigid.massless()
     n_mass = count_negative_mass(model.M)
     try:
-        modes = free_modes(model, massless)
+        modes = free_modes(model, massless, whole, interfaces)
     except ValueError as error:
         raise ValueError(f"body '{model.name}': {say_negative_mass(n_mass) if n_mass else error}") from None
     negative = [n_mass, modes.n_negative]
@@ -156,6 +173,7 @@ def check_model(model: FeModel) -> Checks:
         held=rigid.held(),
         massless=tuple(spoken_motion(motion) for motion in massless.T),
         n_rigid=modes.n_rigid,
+        is_joined=modes.is_joined,
         elastic_hz=np.sqrt(modes.elastic) / (2 * np.pi),
         rigid=rigid_mass(model),
         size=np.ptp(model.x, axis=0),
@@ -174,20 +192,6 @@ def refuse_unsound(model: FeModel) -> None:
     problems = _quick_problems(_asymmetries(model), n_mass, _rigid_force(model), held, mass)
     if problems:
         raise ValueError(f"body '{model.name}': {'; '.join(problems)}")
-
-
-def refuse_feeding(name: str, D: Array) -> None:
-    """Refuse a damping matrix of a body's modes (n, n) that feeds them.
-
-    Raises:
-        ValueError: Names the body and how much.
-    """
-    value = np.linalg.eigvalsh(D) if D.size else np.zeros(1)
-    if value[0] < -FEEDING * abs(value).max():
-        raise ValueError(
-            f"body '{name}': the damping feeds its modes: one grows by {-value[0] / 2:.3g} 1/s; expected a "
-            "matrix without negative eigenvalues"
-        )
 
 
 def _quick_problems(

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from flexarm_model.bodies.reduction import mode_basis
 from flexarm_model.bodies.superelement import NodeShape, Superelement
-from flexarm_model.fe_import.checks import refuse_feeding, refuse_unsound
+from flexarm_model.fe_import.checks import refuse_unsound
 from flexarm_model.fe_import.fe_model import FeModel, load_model
+from flexarm_model.fe_import.feeding_damping import refuse_feeding
 from flexarm_model.fe_import.interfaces import Constraint, Interface, constrain, make_interface
 from flexarm_model.fe_import.loose_nodes import empty_rows, refuse_loose
 from flexarm_model.fe_import.massless_combination import massless_combination
