@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fe_beams import LENGTH, RIGID, load_strip, strip
-from fe_bodies import load_body, write_arm
+from fe_bodies import block, load_body, write_arm
 from scipy import sparse
 
 from flexarm_model.bodies.body_reduction import reduce_body
@@ -61,6 +61,26 @@ def test_a_node_that_a_rigid_interface_takes_along_needs_no_stiffness(tmp_path: 
     held = reduce_body(load(tmp_path, with_loose_node(strip(4)), "2", "500\n6"), BOTH)
     assert main([str(tmp_path / "arm.yaml"), "solid"]) == 0
     assert held.omega == pytest.approx(reduce_body(load_strip(tmp_path, strip(4)), BOTH).omega, rel=1e-6)
+
+
+@pytest.mark.parametrize(("mass", "advice"), [(0.0, "set of a rigid interface$"), (0.2, "its mass can be a")])
+def test_a_node_that_nothing_holds_is_named_in_an_averaging_set_too(
+    mass: float, advice: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The mean couples it to others: an interface was to move no mass, or the body was supported."""
+    solid = block(4)
+    M, K = (
+        sparse.block_diag([matrix, own * sparse.eye_array(3)], format="csr")
+        for matrix, own in ((solid.M, mass), (solid.K, 0.0))
+    )
+    x = np.vstack([solid.x, [solid.x[:, 0].max(), 0.003, 0.002]])
+    body = load_body(tmp_path, Solid(x, M, K))  # its end is an averaging interface
+    assert body.sets["end"].index.size == 10
+    said = rf"body 'solid': .*mtx: node {x.shape[0]}: ux, uy, uz: no stiffness holds them.*{advice}"
+    with pytest.raises(ValueError, match=said):
+        reduce_body(body, BOTH)
+    assert main([str(tmp_path / "arm.yaml"), "solid"]) == 2
+    assert re.search(said, capsys.readouterr().err.strip())
 
 
 @pytest.mark.parametrize("loose", [1, 2])

@@ -19,7 +19,7 @@ from flexarm_model.fe_import.fe_model import FeModel
 from flexarm_model.fe_import.feeding_damping import FEEDING
 from flexarm_model.fe_import.free_modes import N_RIGID, free_modes
 from flexarm_model.fe_import.interfaces import Interface
-from flexarm_model.fe_import.loose_nodes import without_idle
+from flexarm_model.fe_import.loose_nodes import loose, refuse_loose, without_idle
 from flexarm_model.fe_import.negative_mass import count_negative_mass, say_negative_mass
 from flexarm_model.fe_import.rigid_mass import RigidMass, rigid_mass
 from flexarm_model.fe_import.rigid_motions import EXPECTED, rigid_motions, spoken_motion
@@ -157,6 +157,7 @@ def check_model(model: FeModel, interfaces: Sequence[Interface] = ()) -> Checks:
     massless = rigid.massless()
     n_mass = count_negative_mass(model.M)
     try:
+        refuse_loose(whole, loose(whole, [item.dof for item in interfaces]))
         modes = free_modes(model, massless, whole, interfaces)
     except ValueError as error:
         raise ValueError(f"body '{model.name}': {say_negative_mass(n_mass) if n_mass else error}") from None

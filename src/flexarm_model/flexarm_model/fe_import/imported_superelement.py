@@ -18,7 +18,7 @@ from flexarm_model.fe_import.checks import refuse_unsound
 from flexarm_model.fe_import.fe_model import FeModel, load_model
 from flexarm_model.fe_import.feeding_damping import refuse_feeding
 from flexarm_model.fe_import.interfaces import Constraint, Interface, constrain, make_interface
-from flexarm_model.fe_import.loose_nodes import empty_rows, refuse_loose
+from flexarm_model.fe_import.loose_nodes import empty_rows, loose, refuse_loose
 from flexarm_model.fe_import.massless_combination import massless_combination
 from flexarm_model.fe_import.rigid_mass import rigid_mass
 from flexarm_model.fe_import.rigid_motions import refuse_resisted
@@ -43,6 +43,7 @@ def reduce_imported(body: ImportedBody, interfaces: Collection[str]) -> Superele
     held = [item for name, item in nodes.items() if item.is_rigid or name in used]
     constraint = constrain(model, held)
     try:
+        refuse_loose(model, loose(model, [item.dof for item in held if item.is_rigid]))
         modes, omega = _modes(model, constraint, used - {"root"}, body.reduction)
         refuse_resisted(model, modes, omega)
     except ValueError as error:

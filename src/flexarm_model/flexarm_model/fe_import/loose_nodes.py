@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -38,6 +39,19 @@ def without_idle(model: FeModel, nodes: Indices) -> FeModel:
     return replace(model, x=model.x[left], M=M, K=K, D=D, labels=labels)
 
 
+def loose(model: FeModel, taken: Sequence[Indices]) -> Indices:
+    """Return the displacements without stiffness that no rigid interface takes along, (m,).
+
+    They are looked for in the body's own matrix: an averaging interface couples the nodes of its set, and
+    none of them has an empty row then.
+
+    Args:
+        model: The body.
+        taken: Displacements of the rigid interfaces' sets.
+    """
+    return np.setdiff1d(empty_rows(model.K), np.concatenate([np.zeros(0, dtype=np.intp), *taken]))
+
+
 def refuse_loose(model: FeModel, dof: Indices) -> None:
     """Refuse a body some of whose displacements nothing holds.
 
@@ -56,8 +70,10 @@ def refuse_loose(model: FeModel, dof: Indices) -> None:
     more = f" and {nodes.size - MOST_NAMED} more" if nodes.size > MOST_NAMED else ""
     which = ", ".join(DISPLACEMENTS[k] for k in np.unique(dof % model.dof_per_node))
     file = f"{model.file}: " if model.file else ""
+    bears = np.setdiff1d(dof, empty_rows(model.M)).size > 0
+    mass = "; its mass can be a rigid body that a joint fixes to an averaging interface" if bears else ""
     raise ValueError(
         f"{file}node{'s' * (nodes.size > 1)} {said}{more}: {which}: no stiffness holds them (their rows are "
         "empty); expected a stiffness of every displacement: take a reference node that was left over out of "
-        "matrices and nodes, or into the set of a rigid interface"
+        f"matrices, nodes and averaging sets, or into the set of a rigid interface{mass}"
     )
