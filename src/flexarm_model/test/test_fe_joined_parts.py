@@ -82,6 +82,15 @@ def test_parts_that_no_rigid_interface_joins_are_counted_up_to_the_last_mode_loo
     assert found.problems == [said] and "rigid modes                      at least 10\n" in found.text()
 
 
+@pytest.mark.parametrize("move", [[0.03, 0.1, 0.0], [0.05, 0.0, 0.2]])
+def test_parts_that_nothing_joins_are_told_from_supports(move: list[float], tmp_path: Path) -> None:
+    """A stiffness of rounding above 0 was a support: 0.001 Hz, half of it rigid motion that was resisted."""
+    solid = two_blocks()
+    solid.x[solid.x.shape[0] // 2 :] += move  # out of the planes of the interfaces
+    with pytest.raises(ValueError, match="body 'solid': the stiffness lets a mode move freely .* one piece"):
+        reduce_body(load_body(tmp_path, solid, interfaces=RIGID), {"root", "end"})
+
+
 def test_displacements_that_are_empty_on_a_rigid_face_are_no_loose_ones(tmp_path: Path) -> None:
     """Of a node without rotary stiffness the reduction took no notice, and the check refused it."""
     solid = strip(8)

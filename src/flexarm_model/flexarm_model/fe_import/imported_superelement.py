@@ -27,6 +27,7 @@ from flexarm_model.fe_import.volume_integrals import volume_integrals
 from flexarm_model.manipulator.imported_body import ImportedBody, ImportedReduction
 
 Array = NDArray[np.float64]
+FEWER = ", mesh finer, or keep fewer modes (reduction: a lower f_max, modes, or method: guyan)"
 DIRECTIONS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
 
 
@@ -93,17 +94,19 @@ def _refuse_too_many(n_modes: int, available: int) -> None:
 def _refuse_massless(M: Array, kept: Sequence[str]) -> None:
     """Refuse a reduced mass (n, n) of which a displacement is none; the first ones are those of ``kept``.
 
-    It would be a mode of infinite frequency, and rounding would take the others with it.
+    It would be a mode of infinite frequency, and rounding would take the others with it. Where static modes
+    alone move no mass, no choice of further modes helps.
     """
-    amount = abs(massless_combination(M))
-    if not amount.size:
-        return
     names = [f"{direction} of interface '{name}'" for name in kept for direction in DIRECTIONS]
-    where = names[int(np.argmax(amount[: len(names)]))] if names else "a displacement"
-    raise ValueError(
-        f"{where} moves no mass of its own: give the mass matrix rotary inertia there, mesh finer, or keep "
-        "fewer modes (reduction: a lower f_max, modes, or method: guyan)"
-    )
+    n_static = len(names)
+    for size, advice in ((n_static, ""), (M.shape[0], FEWER)):
+        amount = abs(massless_combination(M[:size, :size])) if size else np.zeros(0)
+        if amount.size:
+            where = names[int(np.argmax(amount[:n_static]))] if names else "a displacement"
+            missing = "rotary inertia" if "rotation" in where else "mass"
+            raise ValueError(
+                f"{where} moves no mass of its own: give the mass matrix {missing} there{advice}"
+            )
 
 
 def _node_shape(item: Interface, at: Array, modes: Array) -> NodeShape:

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 
 MOTIONS = tuple(f"{kind} {axis}" for kind in ("translation along", "rotation about") for axis in "xyz")
 SHARE = 0.01  # of a mode's squared frequency, half a per cent of its frequency
+LOOSE = 1e-15  # relative stiffness: what some rounding of double precision leaves of none
 MASSLESS = 1e-12  # of a rigid motion, relative to the heaviest that moves the nodes as far: rounding
 INERTIA = 1e-6  # added against a massless motion, relative to the same: its node feels nothing of it
 EXPECTED = (
@@ -113,7 +114,8 @@ def spoken_motion(amount: Array) -> str:
 def refuse_resisted(model: FeModel, modes: Array, omega: Array) -> None:
     """Refuse a body whose resistance to rigid motion is a share of a mode's stiffness, or that has none.
 
-    A mode whose stiffness is negative has frequency 0. Where rigid motion is not to blame, it is said.
+    A mode whose stiffness is negative has frequency 0. Where rigid motion is not to blame, it is said. A mode
+    of parts that are not connected has a stiffness of rounding, above or below 0.
 
     Args:
         model: The body.
@@ -129,7 +131,8 @@ def refuse_resisted(model: FeModel, modes: Array, omega: Array) -> None:
     amount = rigid.scale[:, None] * (np.linalg.pinv(scaled.T @ scaled) @ (scaled.T @ modes))  # (6, m)
     resisted = abs(np.einsum("ik,ij,jk->k", amount, rigid.stiffness, amount))
     whole = np.einsum("ik,ik->k", modes, model.K @ modes)
-    is_loose = (omega <= 0.0) & (abs(relative_stiffness(model.K, modes)) <= ROUNDING)
+    relative = abs(relative_stiffness(model.K, modes))
+    is_loose = (relative <= LOOSE) | ((omega <= 0.0) & (relative <= ROUNDING))
     share = np.where(is_loose, 0.0, resisted / np.where(is_loose, 1.0, abs(whole)))
     worst = int(np.argmax(share))
     if share[worst] > SHARE:
@@ -139,6 +142,10 @@ def refuse_resisted(model: FeModel, modes: Array, omega: Array) -> None:
             f"the stiffness resists rigid motion, {rigid.held(motion)}: {100 * share[worst]:.0f} % of the "
             f"squared frequency of mode {worst + 1}, {frequency} with the root held; {EXPECTED}"
         )
+    if is_loose.any():
+        raise ValueError(
+            "the stiffness lets a mode move freely with the root held; expected a body in one piece: do its "
+            "elements share their nodes, or does a rigid interface join its parts?"
+        )
     if not omega[0] > 0.0:
-        how = "lets a mode move freely" if is_loose[0] else "of a mode is negative"
-        raise ValueError(f"the stiffness {how} with the root held")
+        raise ValueError("the stiffness of a mode is negative with the root held")
