@@ -11,7 +11,9 @@ import pytest
 import yaml
 from arms import FOLDER, arm
 from descriptions import refusal, write_arm
+from fe_beams import RIGID, strip
 from fe_bodies import bracket, load_body
+from fe_bodies import write_arm as write_solid_arm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -169,6 +171,33 @@ def test_an_imported_body_is_damped_as_by_the_matrix_of_the_two_factors(tmp_path
     told = load_body(tmp_path, solid, rayleigh=factors)
     said = reduce_body(told, both)
     assert np.diag(said.own_damping) == pytest.approx(np.diag(given_.own_damping), rel=1e-9)
+
+
+def test_the_key_counts_the_payload_and_a_matrix_its_own_body_alone(tmp_path: Path) -> None:
+    """Of a strip of 97 g with 200 g at its end; the page said that both are the same."""
+    solid, mass = strip(20, tip_mass=0.0), 0.2  # kg
+    M, K = (matrix.toarray()[6:, 6:] for matrix in (solid.M, solid.K))  # its root held
+    D = ALPHA * M + BETA * K
+    M[-6:-3, -6:-3] += mass * np.eye(3)
+    value, phi = eigh(K, M, subset_by_index=(0, 1))
+    omega = np.sqrt(value)
+    own = np.einsum("ik,ij,jk->k", phi, D, phi) / (2 * omega)
+    content = yaml.safe_load(write_solid_arm(tmp_path, solid, interfaces=RIGID).read_text(encoding="utf-8"))
+    io.mmwrite(tmp_path / "damping.mtx", ALPHA * solid.M + BETA * solid.K, precision=17, symmetry="symmetric")
+    content["bodies"]["payload"] = {"type": "rigid", "mass": f"{mass} kg"}
+    del content["bodies"]["solid"]["damping_ratio"], content["joints"]["flange"]["orientation"]
+    zeta = []
+    factors = {"alpha": f"{ALPHA} 1/s", "beta": f"{BETA} s"}
+    for said in ({"rayleigh": factors}, {"damping": {"file": "damping.mtx"}}):
+        arm_ = {**content, "bodies": {**content["bodies"], "solid": {**content["bodies"]["solid"], **said}}}
+        model = linearize(ReducedTree(load_config(write_arm(tmp_path, arm_)), use_compiler=False))
+        assert model.omega[:2] == pytest.approx(omega, rel=1e-4)
+        zeta.append(model.zeta[:2])
+    assert zeta[0] == pytest.approx(expected(omega), rel=1e-3)
+    assert zeta[1] == pytest.approx(own, rel=1e-3)
+    key, matrix = (np.array(zeta) - BETA * omega / 2)[:, 0]  # what alpha does
+    print(f"alpha of the key damps the first mode {key / matrix:.1f} times as much as that of the matrix")
+    assert key / matrix == pytest.approx(9.7, abs=0.05)  # as the page says
 
 
 def test_a_file_of_standard_input_data_keeps_the_rate(tmp_path: Path) -> None:
