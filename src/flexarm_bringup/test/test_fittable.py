@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from test_updating import ARM
+
 from flexarm_bringup.identify.fittable import fittable
 from flexarm_model.identification.described_modes import read_unknown
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -13,6 +17,15 @@ def test_springs_that_follow_a_parameter_are_fitted_by_the_values_of_their_table
     assert len(names) == 9
     assert "joints.elbow_spring.axes.rz.stiffness.values.1" in names
     assert "joints.elbow_spring.axes.rz.damping=1.0" in names
+
+
+def test_of_an_imported_body_only_the_damping_suggests_itself(tmp_path: Path) -> None:
+    """As the page of imported bodies says: its stiffness and mass are files."""
+    path = tmp_path / "arm.yaml"
+    path.write_text(ARM, encoding="utf-8")
+    assert [name for name in fittable(path) if name.startswith("bodies.solid.")] == [
+        "bodies.solid.damping_ratio=1.0"
+    ]
 
 
 def test_a_number_is_the_preset_s_where_that_overlays_what_holds_it() -> None:

@@ -15,7 +15,7 @@ import pytest
 from identify_files import F_HZ, STIFFNESS, TIP_MASS, record, softer_strip
 
 from flexarm_bringup import cli
-from flexarm_bringup.identify import command, modal_tests, other_poses, run
+from flexarm_bringup.identify import command, modal_tests, other_poses, run, updated_page
 from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.command import add_arguments
 from flexarm_bringup.identify.described_modes import described_modes
@@ -200,11 +200,12 @@ def test_a_description_that_cannot_be_written_is_told_with_its_file(
     def write(*given: object) -> str:
         raise full
 
-    monkeypatch.setattr(command, "write_description", write)
+    monkeypatch.setattr(updated_page, "write_description", write)
     arm = ["--manipulator", "single_link", "--preset", "geared", "--fit", STIFFNESS]
     assert cli.main(["identify", path, *arm, "--update"]) == 2
-    error = capsys.readouterr().err
-    assert "No space left on device: 'single_link_fitted.yaml'" in error
+    told = capsys.readouterr()
+    assert "No space left on device: 'single_link_fitted.yaml'" in told.err
+    assert "Description fitted to the modes" in told.out
 
 
 def test_records_of_the_rig_are_kept_beside_the_description_that_they_update(

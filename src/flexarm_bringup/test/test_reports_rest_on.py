@@ -17,6 +17,7 @@ from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.cli import COMMANDS, main
 from flexarm_bringup.drift_run.simulation import Watched
+from flexarm_bringup.identify.updated_page import Updated
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Page
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -179,5 +180,6 @@ def test_a_fitted_description_says_what_was_fitted_just_now(
     text = find_manipulator("single_link").read_text(encoding="utf-8")
     new.write_text(text.replace("fitted:\n", "fitted:\n  - the mass, just now\n"), encoding="utf-8")
     line = f"identify x.npz --manipulator single_link --fit bodies.strip.damping_ratio --update {new}"
-    page = page_of(line, IDENTIFIED | {"_with_update": nothing}, monkeypatch, tmp_path)
+    stub = {"with_update": lambda page, *_: Updated(page, new)}
+    page = page_of(line, IDENTIFIED | stub, monkeypatch, tmp_path)
     assert page.remarks["fitted"] == ("the mass, just now", *SINGLE.fitted)

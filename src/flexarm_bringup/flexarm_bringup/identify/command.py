@@ -38,8 +38,7 @@ from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.bag_source import refuse_bags_of_another_arm
 from flexarm_bringup.identify.fittable import fittable
-from flexarm_bringup.identify.fitted_file import write_description
-from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
+from flexarm_bringup.identify.halves import judge_halves, with_halves
 from flexarm_bringup.identify.idle_options import refuse_averaging, refuse_idle_options
 from flexarm_bringup.identify.joints import joints_page
 from flexarm_bringup.identify.measurement import Records, SourceError, known_outputs
@@ -48,19 +47,14 @@ from flexarm_bringup.identify.options import add_arguments
 from flexarm_bringup.identify.other_poses import file_of, read_pose, refuse_unusable
 from flexarm_bringup.identify.output_only import output_only_page
 from flexarm_bringup.identify.page import build_page
-from flexarm_bringup.identify.retuning import moves_beside, retune
-from flexarm_bringup.identify.run import Request, Result, identify
+from flexarm_bringup.identify.retuning import moves_beside
+from flexarm_bringup.identify.run import Request, identify
 from flexarm_bringup.identify.sources import Source, of_records, read_records, read_sources
-from flexarm_bringup.identify.updating import (
-    Fitting,
-    add_to,
-    fit_description,
-    read_unknowns,
-)
+from flexarm_bringup.identify.updated_page import Updated, with_update
+from flexarm_bringup.identify.updating import read_unknowns
 from flexarm_bringup.page.report import Page, publish
 from flexarm_bringup.progress import Progress
 from flexarm_model.manipulator.description import ManipulatorConfig
-from flexarm_model.modal.fit import PoleFit
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
@@ -97,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
         others = [read_pose(text, args.kind, averaging, request) for text in args.also]
         halves = judge_halves(source, request, averaging)
         page = with_halves(build_page(args.files, result, items), halves)
-        page = _told(_with_update(page, result, args, others, halves), args, args.update)
+        updated = with_update(page, result, args, others, halves)
     except SensorCheckError as error:
         print(check_table(error.findings, error.axes).to_text())
         print(f"flexarm identify: {error}", file=sys.stderr)
@@ -105,7 +99,16 @@ def run(args: argparse.Namespace) -> int:
     except (SourceError, ValueError, OSError) as error:
         print(f"flexarm identify: {error}", file=sys.stderr)
         return UNUSABLE
-    return publish(page, args)
+    return _ended(updated, args)
+
+
+def _ended(updated: Updated, args: argparse.Namespace) -> int:
+    """Publish the page; modes are told also where the update that was asked for is missing."""
+    code = publish(_told(updated.page, args, updated.written), args)
+    if updated.unmet:
+        print(f"flexarm identify: {updated.unmet}", file=sys.stderr)
+        return UNUSABLE
+    return code
 
 
 def _arm(args: argparse.Namespace) -> ManipulatorConfig | None:
@@ -170,35 +173,3 @@ def _check_arm(args: argparse.Namespace) -> None:
         refuse_bags_of_another_arm([*args.files, *map(file_of, args.also)], arm)
     elif args.pose:
         raise ValueError("--pose needs --manipulator NAME: its model at the pose is what is held beside")
-
-
-def _with_update(
-    page: Page,
-    result: Result,
-    args: argparse.Namespace,
-    others: Sequence[tuple[Array, PoleFit]],
-    halves: Halves | None,
-) -> Page:
-    if not args.fit:
-        return page
-    fit = result.own_fit
-    if fit is None:
-        raise ValueError("no mode was identified: there is nothing to fit to")
-    if halves is not None and halves.fit.refusal:
-        raise ValueError(f"the identified model is refused, nothing is fitted to it: {halves.fit.refusal}")
-    fitting = Fitting(
-        args.manipulator, args.preset, tuple(args.fit), tuple(args.pose), args.motors == "locked",
-        args.update, () if result.is_reciprocal else result.responses.outputs,
-    )  # fmt: skip
-    progress = Progress()
-    try:
-        update, test = fit_description(fitting, fit, others, progress.say)
-    finally:
-        progress.done()
-    sources = [*args.files, *map(file_of, args.also)]
-    page = add_to(page, update, write_description(fitting, update, sources), test)
-    if args.retune is None:
-        return page
-    retuned = retune(args.manipulator, args.preset, args.update, update, args.retune, progress.say)
-    progress.done()
-    return retuned(page)
