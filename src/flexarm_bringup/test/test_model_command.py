@@ -11,6 +11,7 @@ import pytest
 
 from flexarm_bringup.cli import main
 from flexarm_bringup.exit_codes import UNUSABLE
+from flexarm_bringup.model_view import page
 from flexarm_bringup.model_view.command import parse_pose, serve
 from flexarm_bringup.model_view.mode_words import describe_tip, direction
 from flexarm_bringup.model_view.page import analyse, build_page, mode_table, reach_table
@@ -167,6 +168,13 @@ def test_sensors_that_see_a_mode_only_together_are_said_to() -> None:
     sensors = replace(analysis.reach.sensors, share=np.full_like(analysis.reach.sensors.share, 0.9))
     row = reach_table(replace(analysis, reach=replace(analysis.reach, sensors=sensors))).rows[0]
     assert row[2] is True and str(row[3]).startswith("all together ")
+
+
+def test_axial_loads_of_imported_bodies_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(page, "describe_axial_loads", lambda tree, model: (f"{tree.n_q}, {model.n_eta}",))
+    tree, model, home = serve("single_link", "", "home")
+    told = page.build_page(analyse(tree, model, home)).remarks["suspicions"]
+    assert told == (f"{tree.n_q}, {model.n_eta}",)
 
 
 def test_stocky_beams_without_shear_and_odd_materials_are_told(

@@ -20,6 +20,7 @@ from flexarm_model.modal.candidates import candidate_config, noise
 from flexarm_model.modal.energy_shares import EnergyShares, energy_shares
 from flexarm_model.modal.modes import model_modes
 from flexarm_model.modal.observability import TIP_AMPLITUDE, ModeReach, Reach, Swing, mode_reach, tip_energy
+from flexarm_model.served.axial_loads import describe_axial_loads
 from flexarm_model.served.control_rate import describe_rate
 from flexarm_model.served.mode_following import alikeness
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
@@ -103,7 +104,8 @@ def build_page(analysis: Analysis, figures: Sequence[Figure] = ()) -> Page:
     items: list[Table | Figure] = [mode_table(analysis), *figures, *mac_tables(analysis)]
     items.append(reach_table(analysis))
     remarks: dict[str, Sequence[str]] = {"Source": (config.source,)} if config.source else {}
-    if suspicions := (*describe_odd_materials(config.bodies), *describe_stocky(config.bodies)):
+    suspicions = *describe_odd_materials(config.bodies), *describe_stocky(config.bodies)
+    if suspicions := (*suspicions, *describe_axial_loads(analysis.tree, model)):
         remarks["suspicions"] = suspicions
     return Page(
         title,
