@@ -97,13 +97,16 @@ def test_a_wished_duration_is_kept_or_refused(link):
 
 @pytest.mark.parametrize(
     ("point", "reason"),
-    [((0.7, 0.0, 0.0), "out of reach: the tip stays 60 mm"), ((-0.64, 0.0, 0.0), "170|out of reach|2.967")],
+    [
+        ((0.7, 0.0, 0.0), "out of reach: the tip stays 60 mm"),
+        ((-0.64, 0.0, 0.0), "(at the end of range: base.rz) stays 119 mm"),
+    ],
 )
 def test_a_point_out_of_reach_is_refused_and_told(link, point, reason):
     arm, pose = ExactArm(link), np.eye(4)
     pose[:3, 3] = point
     answer = arm.server.move_tip(TipGoal(pose), arm, arm.state())
-    assert not answer.is_accepted and any(part in answer.reason for part in reason.split("|"))
+    assert not answer.is_accepted and reason in answer.reason
     told = arm.run(PERIOD)
     assert stages(told) == ["rejected"] and told[0].reason == answer.reason
     assert arm.reference is None

@@ -1,8 +1,11 @@
 """Axes for a goal of the tip, on the arms: the statics of the served model says where it comes to rest."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 
+from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
@@ -55,31 +58,79 @@ def test_the_estimated_tip_at_a_pose_away_from_zero_is_where_the_arm_rests():
     np.testing.assert_allclose(tip.position(model, state), tip.at_rest(pose), atol=1e-12)
 
 
-def reached_from_home(name, *theta):
-    """Return the tip's distance from where given axes bring it, when it is asked to go there from home."""
-    config = load_config(find_manipulator(name))
-    tip = TipKinematics(ReducedTree(config))
-    pose = np.array(tip._resting.pose(np.array(theta)))
-    found = tip.solve(TipGoal(pose), np.array(config.home))
-    return float(np.linalg.norm(tip.at_rest(found) - pose[:3, 3]))
+@pytest.fixture(scope="module")
+def link():
+    return TipKinematics(ReducedTree(load_config(find_manipulator("single_link"), "geared")))
 
 
-def test_a_place_that_newtons_method_misses_from_home_is_found_from_elsewhere():
+@pytest.fixture(scope="module")
+def six():
+    return TipKinematics(ReducedTree(load_config(find_manipulator("serial_6r"))))
+
+
+def test_a_place_that_newtons_method_misses_from_home_is_found_from_elsewhere(six):
     """The tip "stays 555 mm away": within all ranges."""
-    assert reached_from_home("serial_6r", 1.045, 0.596, 0.833, -0.301, 0.058, -0.522) < 1e-6
+    theta = np.array([1.045, 0.596, 0.833, -0.301, 0.058, -0.522])
+    goal = TipGoal(np.array(six._resting.pose(theta)))
+    assert six.beside(goal, six.solve(goal, six._home))[0] < 1e-6
+
+
+BEHIND = (-2.257, 1.256, 0.163, -1.874, 0.802, -2.975), (-1.86, 1.363, -0.116, -2.056, 0.4, -0.441)  # rad
+FOLDED = (1.359, 1.419, 1.022, -2.335, -0.471, -3.293), (-1.161, 1.338, 1.042, -0.321, -0.317, 2.321)  # rad
+
+
+@pytest.mark.parametrize(("poses", "with_orientation"), [(BEHIND, False), (FOLDED, True)])
+def test_goals_behind_and_below_the_base_are_found_from_home(six, poses, with_orientation):
+    """They were "out of reach: the tip stays 995 mm away"."""
+    for theta in poses:
+        goal = TipGoal(np.array(six._held.pose(np.array(theta))), with_orientation)
+        distance, angle = six.beside(goal, six.solve(goal, six._home))
+        assert distance < 1e-6 and angle < 1e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("with_orientation", [False, True])
+def test_nearly_all_goals_within_the_ranges_are_found_from_home(six, with_orientation):
+    low, high, rng = six._held.lower, six._held.upper, np.random.default_rng(11)
+    missed = 0
+    for share in rng.uniform(0.1, 0.9, (40, low.size)):
+        goal = TipGoal(np.array(six._held.pose(low + share * (high - low))), with_orientation)
+        try:
+            distance, angle = six.beside(goal, six.solve(goal, six._home))
+        except MotionError:
+            missed += 1
+            continue
+        assert distance < 1e-6 and angle < 1e-5
+    assert missed <= 1  # none of these; a last digit may turn a way of Newton's method
+
+
+def test_no_solution_lies_where_the_guard_stops_an_axis(link):
+    """A goal was refused as "within 0.000434 of the end of its range" where others reach it as well."""
+    low, high, band = link._held.lower[0], link._held.upper[0], 0.2
+    known = JointRange(low, high, deceleration=0.1, margin=0.2)
+    assert known.band == pytest.approx(band)
+    within = link.within([known])
+    for theta, is_found in ((high - 1.1 * band, True), (high - 0.5 * band, False)):
+        goal = TipGoal(np.array(link._resting.pose(np.array([theta]))))
+        assert link.solve(goal, np.zeros(1)) == pytest.approx(theta, abs=1e-6)
+        with (
+            nullcontext()
+            if is_found
+            else pytest.raises(MotionError, match=r"\(at the end of range: base.rz\)")
+        ):
+            assert within.solve(goal, np.zeros(1)) == pytest.approx(theta, abs=1e-6)
+    assert min(high - within._held.upper[0], within.under({})._resting.lower[0] - low) > band
 
 
 @pytest.mark.parametrize("factor", [1.3, 10.0])
-def test_what_no_bending_mends_is_refused_without_asking_how_the_arm_rests(factor, monkeypatch):
+def test_what_no_bending_mends_is_refused_without_asking_how_the_arm_rests(six, factor, monkeypatch):
     """A goal out of reach took a third of a second on the 6R: the guard stopped an arm that moved."""
-    config = load_config(find_manipulator("serial_6r"))
-    tip = TipKinematics(ReducedTree(config))
-    pose = np.array(tip._held.pose(np.array(config.home)))
-    away = pose[:3, 3] - tip._middle
-    pose[:3, 3] = tip._middle + 2.0 * factor * tip._reach * away / np.linalg.norm(away)
-    monkeypatch.setattr(tip, "_resting", None)
+    pose = np.array(six._held.pose(six._home))
+    away = pose[:3, 3] - six._reach.center
+    pose[:3, 3] = six._reach.center + factor * six._reach.radius * away / np.linalg.norm(away)
+    monkeypatch.setattr(six, "_resting", None)
     with pytest.raises(MotionError, match=r"^out of reach: the tip stays \d"):
-        tip.solve(TipGoal(pose), np.array(config.home))
+        six.solve(TipGoal(pose), six._home)
 
 
 def test_a_goal_of_an_arm_that_has_become_softer_is_that_of_one_described_so():
@@ -95,11 +146,6 @@ def test_a_goal_of_an_arm_that_has_become_softer_is_that_of_one_described_so():
     np.testing.assert_allclose(softer.at_rest(theta), pose[:3, 3], atol=1e-6)
     assert np.linalg.norm(stiff.at_rest(theta) - pose[:3, 3]) > 1e-3
     assert stiff.under({}) is not stiff and stiff.under({}).tree is stiff.tree
-
-
-@pytest.fixture(scope="module")
-def link():
-    return TipKinematics(ReducedTree(load_config(find_manipulator("single_link"), "geared")))
 
 
 def turned_goal(link, turn, away=0.0, **asked):

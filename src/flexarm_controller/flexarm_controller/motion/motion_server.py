@@ -90,7 +90,7 @@ class MotionServer:
         """
         guard = GuardSettings(braking_share=config.guard_braking_share)
         self._ranges = guard_limits(tip.tree.config, tip.tree, guard).ranges
-        self._described = self._tip = tip
+        self._described = self._tip = tip.within(self._ranges)
         self._limits, self._config, self._period = limits, config, period
         self._pursuit: Pursuit | None = None
         self._goals = goals

@@ -4,24 +4,28 @@ The inverse starts from the arm with nothing bent, which is quick, and ends with
 springs and gravity with the axes held (`resting_mechanism`), so that the tip comes to rest at the goal.
 
 Newton's method ends at the nearest place where the error cannot fall, which is often no solution. So the arm
-with nothing bent is looked at from where it is, from home, and then from places all over its ranges. What it
-misses by far no bending mends; to find that out takes no longer than a guard waits for a command.
+with nothing bent is looked at from where it is, from home, and then from poses that have the tip near the
+goal. What it misses by far no bending mends, and how the arm rests is dear: it is asked a few times only, for
+a guard waits for commands while an answer is looked for.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.tip_starts import Starts
 from flexarm_controller.state import ArmState
 from flexarm_model.kinematics.body_mechanism import held_mechanism, resting_mechanism
 from flexarm_model.kinematics.numeric import InverseSettings, Mechanism, solve_inverse
+from flexarm_model.kinematics.reach import reach_of
 from flexarm_model.kinematics.refusals import ConvergenceError
 from flexarm_model.numeric.rotation import rotation_vector
 from flexarm_model.served.linearize import PoseError
@@ -30,13 +34,11 @@ from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
-EXACT = InverseSettings(distance=1e-7, angle=1e-6, iterations=60)  # m, rad
+EXACT = InverseSettings(distance=1e-7, angle=1e-6, iterations=60)  # m, rad; from the arm with nothing bent
 ROUGH = InverseSettings(distance=1e-5, angle=1e-4, iterations=30)  # the sag is not in it
 BRIEF = InverseSettings(distance=1e-5, angle=1e-4, iterations=12)  # from one of many starts
-STARTS = 6  # poses from which a solution is looked for where those near and at home lead to none
-FARTHEST = 1.5  # of the distance that the tip has from the middle of those poses: beyond it, nobody looks
-BENDS = 0.05  # of it, by which what bends may reach further
-NEAREST = 1.001  # of what is left at the nearest point: asked for again, it is found
+BENDS = 0.05  # of its reach, by which what bends may reach further
+INSIDE = 1.001  # of the band at the end of a range where the guard stops an axis: a goal is outside of it
 
 
 def angle_with(distance: float) -> float:
@@ -78,9 +80,7 @@ class TipKinematics:
         self.tree = tree
         self._held, self._resting = held_mechanism(tree), resting_mechanism(tree)
         self._home = np.array(tree.config.home, float)
-        self._starts, tips = _spread(tree, self._held)
-        self._middle = tips.mean(axis=0)
-        self._reach = float(np.linalg.norm(tips - self._middle, axis=1).max())
+        self._starts, self._reach = Starts(tree.config, self._held), reach_of(tree)
         self._resting.jacobian(self._home)
 
     def under(self, parameters: Mapping[str, float]) -> TipKinematics:
@@ -91,7 +91,22 @@ class TipKinematics:
         """
         other = copy(self)
         other.tree = self.tree.under(parameters)
-        other._resting = resting_mechanism(other.tree)
+        low, high = self._held.lower, self._held.upper
+        other._resting = replace(resting_mechanism(other.tree), lower=low, upper=high)
+        return other
+
+    def within(self, ranges: Sequence[JointRange]) -> TipKinematics:
+        """Return the tip of the same arm with axes that keep out of the bands where a guard stops them.
+
+        Args:
+            ranges: Of every axis; empty for axes without ends.
+        """
+        other, held = copy(self), self._held
+        band = INSIDE * np.array([known.band for known in ranges] or np.zeros(held.lower.size))
+        middle = (held.lower + held.upper) / 2.0  # not a number where there are no ends
+        low, high = np.fmin(held.lower + band, middle), np.fmax(held.upper - band, middle)
+        other._held = replace(held, lower=low, upper=high)
+        other._resting = replace(self._resting, lower=low, upper=high)
         return other
 
     def at(self, q: Array) -> Array:
@@ -117,38 +132,69 @@ class TipKinematics:
         """Return axes that bring the tip to rest at the goal, near some axes if possible, (n_theta,).
 
         Raises:
-            MotionError: It is out of reach by more than the tolerance, or the angle that goes with it; says
-                by how much.
+            MotionError: It is out of reach, or none were found, by more than the tolerance, or the angle that
+                goes with it; says by how much.
         """
         attempts = _Attempts()
         for start in self._unbent(goal, near, attempts):
             with attempts.noting():
                 return _inverse(self._resting, goal, start, EXACT)
-        if attempts.distance <= BENDS * self._reach or not attempts.left:
-            for start in (near, self._home):
-                with attempts.noting():
-                    return _inverse(self._resting, goal, start, EXACT)
-        raise MotionError(attempts.refusal(goal))
+        raise MotionError(self._refusal(goal, attempts))
 
     def _unbent(self, goal: TipGoal, near: Array, attempts: _Attempts) -> Iterator[Array]:
-        """Give axes at which the arm with nothing bent is at a goal; note what is left from other starts."""
+        """Give axes at which the arm with nothing bent is at a goal; at last those that come nearest."""
         for start in (near, self._home):
             with attempts.noting():
                 yield _inverse(self._held, goal, start, ROUGH)
-        if np.linalg.norm(goal.pose[:3, 3] - self._middle) > FARTHEST * self._reach:
-            return
-        size = np.maximum(np.ptp(self._starts, axis=0), 1e-9)
-        for start in sorted(self._starts, key=lambda pose: float(np.linalg.norm((pose - near) / size))):
-            with attempts.noting():
-                yield _inverse(self._held, goal, start, BRIEF)
+        if not self._is_beyond(goal):
+            length = EXACT.length if goal.with_orientation else 0.0
+            for start in self._starts.near(goal.pose, length, near):
+                attempts.others += 1
+                with attempts.noting():
+                    yield _inverse(self._held, goal, start, BRIEF)
+        if not attempts.left:
+            yield near
+        elif attempts.best.distance <= BENDS * self._reach.radius:
+            yield attempts.best.theta
+
+    def _is_beyond(self, goal: TipGoal) -> bool:
+        """Tell whether no axes whatever bring the tip as near to a goal as its tolerance."""
+        return self._reach.missing(goal.pose[:3, 3]) > BENDS * self._reach.radius + goal.tolerance
+
+    def _refusal(self, goal: TipGoal, attempts: _Attempts) -> str:
+        """Return what to say of a goal that was not reached."""
+        if not attempts.left:
+            return f"the arm finds no rest there: {attempts.why}"
+        best = attempts.best
+        left, allowed = f"{1e3 * best.distance:.3g} mm", f"{1e3 * goal.tolerance:.3g} mm"
+        if goal.with_orientation:
+            left, allowed = f"{left} and {best.angle:.3g} rad", f"{allowed} and {goal.angle:.3g} rad"
+        stays = f"stays {left} away, {allowed} are allowed"
+        if self._is_beyond(goal):
+            return f"out of reach: the tip {stays}"
+        tried = f"here, home and {attempts.others} other poses"
+        return f"no way found from {tried}: the nearest{self._ends(best.theta)} {stays}"
+
+    def _ends(self, theta: Array) -> str:
+        """Return which axes are at the ends of their ranges, in parentheses."""
+        at = (theta <= self._held.lower) | (theta >= self._held.upper)
+        names = [name for name, is_there in zip(self.tree.config.actuated, at, strict=True) if is_there]
+        return f" (at the end of range: {', '.join(names)})" if names else ""
 
 
 class _Attempts:
-    """What is left of a goal from several starts."""
+    """What is left of a goal from several starts.
+
+    Attributes:
+        left: Of those that ended somewhere.
+        why: The last of the others did not.
+        others: Number of starts beside here and home.
+    """
 
     def __init__(self) -> None:
         self.left: list[ConvergenceError] = []
-        self._why = ""
+        self.why = ""
+        self.others = 0
 
     @contextmanager
     def noting(self) -> Iterator[None]:
@@ -158,44 +204,12 @@ class _Attempts:
         except ConvergenceError as error:
             self.left.append(error)
         except (PoseError, ClosureError) as error:
-            self._why = str(error)
+            self.why = str(error)
 
     @property
-    def distance(self) -> float:
-        """How far the tip stayed away from the goal at least [m]."""
-        return min((error.distance for error in self.left), default=float("inf"))
-
-    def refusal(self, goal: TipGoal) -> str:
-        """Return what to say of a goal that was not reached."""
-        if not self.left:
-            return f"the arm finds no rest there: {self._why}"
-        best = min(self.left, key=lambda error: error.distance + EXACT.length * error.angle)
-        left, allowed = f"{1e3 * best.distance:.3g} mm", f"{1e3 * goal.tolerance:.3g} mm"
-        if goal.with_orientation:
-            left, allowed = f"{left} and {best.angle:.3g} rad", f"{allowed} and {goal.angle:.3g} rad"
-        return f"out of reach: the tip stays {left} away, {allowed} are allowed"
-
-
-def _spread(tree: ReducedTree, held: Mechanism) -> tuple[Array, Array]:
-    """Return poses all over the ranges of the axes, always the same, (k, n_theta), and the tip there (k, 3).
-
-    Home and the named poses are among them; loops that do not close at a place are tried nearer to home.
-    """
-    config, axes = tree.config, tree.config.actuated.values()
-    low, high = (np.array([getattr(axis, end) for axis in axes], float) for end in ("lower", "upper"))
-    low, high = np.maximum(low, config.home - np.pi), np.minimum(high, config.home + np.pi)
-    shares = np.random.default_rng(0).uniform(0.05, 0.95, (4, STARTS, low.size))
-    kept = np.array([1.0, 0.75, 0.5, 0.25])[:, None, None]
-    far = config.home + kept * (low + shares * (high - low) - config.home)
-    named = [np.array(config.home), *map(np.array, config.poses.values())]
-    found: list[tuple[Array, Array]] = []
-    for pose in (*named, *far.reshape(-1, low.size)):
-        if len(found) == len(named) + STARTS:
-            break
-        with suppress(ClosureError):
-            found.append((pose, np.array(held.pose(pose)[:3, 3])))
-    poses, tips = zip(*found, strict=True)
-    return np.array(poses), np.array(tips)
+    def best(self) -> ConvergenceError:
+        """The one that came nearest, a turn counting by the size of a tool."""
+        return min(self.left, key=lambda error: error.distance + EXACT.length * error.angle)
 
 
 def _inverse(mechanism: Mechanism, goal: TipGoal, start: Array, settings: InverseSettings) -> Array:
@@ -206,9 +220,4 @@ def _inverse(mechanism: Mechanism, goal: TipGoal, start: Array, settings: Invers
     except ConvergenceError as error:
         if error.distance > goal.tolerance or error.angle > max(goal.angle, settings.angle):
             raise
-        nearest = replace(
-            settings,
-            distance=max(NEAREST * error.distance, settings.distance),
-            angle=max(NEAREST * error.angle, settings.angle),
-        )
-    return solve_inverse(mechanism, goal.pose, start, nearest).theta
+        return error.theta

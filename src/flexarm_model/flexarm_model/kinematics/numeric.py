@@ -91,7 +91,7 @@ def solve_inverse(
 
     Raises:
         KinematicsError: The guess has not one finite number per axis.
-        ConvergenceError: No solution was found near the guess; says how far away the best one stays.
+        ConvergenceError: No solution was found near the guess; says where the best one is, and how far away.
     """
     settings = settings or InverseSettings()
     target = np.asarray(target, dtype=float)
@@ -104,10 +104,12 @@ def solve_inverse(
         rows = _rows(mechanism.jacobian(theta), settings)
         damping, theta, error, moved = _descend(mechanism, target, settings, (rows, theta, error), damping)
         if not moved:
-            raise ConvergenceError("stuck at a limit or out of reach", *_left(error, settings), iteration)
+            raise ConvergenceError(
+                "stuck at a limit or out of reach", *_left(error, settings), iteration, theta
+            )
     if _is_met(error, settings):
         return InverseSolution(theta, *_left(error, settings), settings.iterations)
-    raise ConvergenceError("too slow", *_left(error, settings), settings.iterations)
+    raise ConvergenceError("too slow", *_left(error, settings), settings.iterations, theta)
 
 
 def _descend(

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
 
 class KinematicsError(ValueError):
     """What was asked for cannot be given.
@@ -45,10 +50,14 @@ class ConvergenceError(KinematicsError):
         distance: Left in position [m].
         angle: Left in orientation [rad]; 0 where it was not asked for.
         iterations: Done.
+        theta: Where it ended, its best, (n,); empty where nobody says.
     """
 
-    def __init__(self, why: str, distance: float, angle: float, iterations: int) -> None:
+    def __init__(
+        self, why: str, distance: float, angle: float, iterations: int, theta: Array | None = None
+    ) -> None:
         super().__init__(f"{why}: {distance:.3g} m and {angle:.3g} rad left after {iterations} iterations")
         self.distance = distance
         self.angle = angle
         self.iterations = iterations
+        self.theta = np.zeros(0) if theta is None else theta
