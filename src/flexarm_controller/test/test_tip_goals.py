@@ -1,6 +1,7 @@
 """Axes for a goal of the tip, on the arms: the statics of the served model says where it comes to rest."""
 
 from contextlib import nullcontext
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -131,6 +132,32 @@ def test_what_no_bending_mends_is_refused_without_asking_how_the_arm_rests(six, 
     monkeypatch.setattr(six, "_resting", None)
     with pytest.raises(MotionError, match=r"^out of reach: the tip stays \d"):
         six.solve(TipGoal(pose), six._home)
+
+
+@pytest.mark.parametrize("with_orientation", [False, True])
+def test_a_goal_just_out_of_reach_asks_how_the_arm_rests_a_few_times_only(six, with_orientation, monkeypatch):
+    """It took 12 to 17 times as long as one within; the guard stops an arm that hears nothing."""
+    asked = []
+
+    def counted(ask):
+        """Return a function of the axes that counts its calls."""
+        return lambda theta: (asked.append(1), ask(theta))[1]
+
+    resting = six._resting
+    counting = replace(resting, pose=counted(resting.pose), jacobian=counted(resting.jacobian))
+    monkeypatch.setattr(six, "_resting", counting)
+    pose = np.array(resting.pose(np.array([0.0, np.pi / 2, -1.53, 0.0, 0.0, 0.0])))  # stretched out
+    outwards = np.array([1.0, 0.0, 0.0])
+    calls = []
+    for off in (-0.03, 0.03):
+        target, before = pose.copy(), len(asked)
+        target[:3, 3] += off * outwards
+        with (
+            nullcontext() if off < 0.0 else pytest.raises(MotionError, match="^no way found from here, home")
+        ):
+            six.solve(TipGoal(target, with_orientation), six._home)
+        calls.append(len(asked) - before)
+    assert 0 < calls[1] <= 5 * calls[0]
 
 
 def test_a_goal_of_an_arm_that_has_become_softer_is_that_of_one_described_so():
