@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -154,6 +155,17 @@ def test_the_gate_finds_the_pose_at_which_the_six_axis_arm_rings_by_itself() -> 
     assert loop.judge(config.home) == ""
     assert "mode 8 is unstable" in loop.judge(config.poses["mid"])
     assert speed["mid"] > 5.0 * speed["home"]  # it rings at the limits of its torque
+
+
+@pytest.mark.slow
+def test_gauges_that_count_less_keep_the_six_axis_arm_at_its_named_poses_but_not_stretched_out() -> None:
+    """It was told to keep every margin; the last pose is one of the grid of two values per axis."""
+    task, config = task_for("serial_6r"), load_config(find_manipulator("serial_6r"))
+    laws = task.make("controller", ControllerConfig), task.make("mpc", MpcConfig)
+    loop = Loop(config, replace(task.make("estimator", EstimatorConfig), strain_error=2e-6), laws)
+    assert [loop.judge(pose) for pose in (config.home, *config.poses.values())] == ["", "", ""]
+    out = loop.judge(np.array([1.48, 1.18, -0.654, 1.57, 1.05, 3.05]))
+    assert re.match(r"margins: gain margin of mode 1 \(28 Hz\) 5\.5 dB, 6 dB wanted, as described", out)
 
 
 def test_the_command_tells_modes_and_poses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
