@@ -194,9 +194,28 @@ def test_verdict_names_the_mode_of_an_unstable_loop(light_hub):
     worse = replace(loop, A=loop.A + 100.0 * np.outer(loop.enter[:, 2], forces[2]))
     case = examine(worse, np.zeros(1), 0.0, DT)
     assert not case.is_stable and case.mode == "mode_2" and case.margins == ()
-    assert verdict([case], MarginConfig(), DT).startswith("margins: mode 2 is unstable, it grows by ")
+    assert verdict([case], MarginConfig(), DT, ()).startswith("margins: mode 2 is unstable, it grows by ")
     with pytest.raises(KeyError, match="none, the loop is unstable"):
         case.margin("mode_1")
+
+
+@pytest.mark.parametrize(
+    ("served", "remedy"),
+    [
+        (("mode_1",), "; mode 1 is served: a larger mpc.modal_energy, fewer estimator.stiffness_modes?"),
+        (
+            (),
+            "; mode 1 is not served: a larger estimator.strain_error, estimator.acceleration_error? "
+            "see docs/margins.md",
+        ),
+    ],
+)
+def test_verdict_says_what_helps_a_mode_that_is_served_or_not(light_hub, served, remedy):
+    case = examine(loop_of(light_hub), np.zeros(1), 0.0, DT)
+    low = replace(case, margins=(case.margin("mode_1"),))
+    assert verdict([low], MarginConfig(gain_margin_db=60.0), DT, served).endswith(remedy)
+    torques = replace(case, margins=(case.margin(ALL_TORQUES),))
+    assert "?" not in verdict([torques], MarginConfig(torque_gain_margin_db=60.0), DT, served)
 
 
 def test_verdict_wants_less_where_frequencies_are_off(light_hub):
@@ -205,7 +224,7 @@ def test_verdict_wants_less_where_frequencies_are_off(light_hub):
     strict = MarginConfig(gain_margin_db=60.0, off_share=0.0)
     assert {item.case.frequency_error for item in shortfalls(cases, strict, DT)} == {0.0}
     lenient = MarginConfig(gain_margin_db=0.9 * found, torque_gain_margin_db=0.0, delay_margin_periods=0.0)
-    assert verdict(cases, lenient, DT) == ""
+    assert verdict(cases, lenient, DT, ()) == ""
 
 
 def test_law_is_not_judged_where_a_motor_cannot_hold_the_arm():

@@ -98,7 +98,7 @@ class Gate:
             look = self.look(model, filter_)
         except (ValueError, np.linalg.LinAlgError) as error:
             return f"margins: {error}"
-        said = verdict(look.cases, self._config, self._inputs.config.period)
+        said = verdict(look.cases, self._config, self._inputs.config.period, model.eta_names)
         said = said or firm_verdict(look.firm, self._config)
         return said and said + unread(self._arm)
 

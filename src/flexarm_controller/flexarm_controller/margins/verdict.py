@@ -13,7 +13,7 @@ Of a law that acts for a short time only it is wanted that no vibration grows in
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
 
 from flexarm_controller.margins.case import ALL_TORQUES, Case, Margin
@@ -53,8 +53,15 @@ def shortfalls(cases: Iterable[Case], config: MarginConfig, dt: float) -> list[S
     return sorted(found, key=lambda item: item.share)
 
 
-def verdict(cases: Sequence[Case], config: MarginConfig, dt: float) -> str:
-    """Return why the arm must not move, naming the mode; empty when it may."""
+def verdict(cases: Sequence[Case], config: MarginConfig, dt: float, served: Container[str]) -> str:
+    """Return why the arm must not move, naming the mode and what helps; empty when it may.
+
+    Args:
+        cases: Every frequency error.
+        config: What is wanted.
+        dt: Control period [s].
+        served: Names of the modes that the controller knows.
+    """
     found = shortfalls(cases, config, dt)
     if not found:
         return ""
@@ -62,7 +69,7 @@ def verdict(cases: Sequence[Case], config: MarginConfig, dt: float) -> str:
     more = f" (and {others} more)" if others else ""
     pose = ", ".join(f"{value:.4g}" for value in case.pose)
     at = f"{spoken_error(case.frequency_error)}, pose ({pose})"
-    return f"margins: {found[0].text}, {at}{more}"
+    return f"margins: {found[0].text}, {at}{more}{_remedy(found[0].name, served)}"
 
 
 def firm_shortfalls(cases: Iterable[ShortCase], config: MarginConfig) -> list[tuple[float, ShortCase, str]]:
@@ -118,6 +125,18 @@ def spoken(name: str) -> str:
 def spoken_error(frequency_error: float) -> str:
     """Return how far the frequencies are off, for people."""
     return f"frequencies {frequency_error * PERCENT:+.0f} %" if frequency_error else "as described"
+
+
+def _remedy(name: str, served: Container[str]) -> str:
+    """Return what helps a mode, as docs/margins.md has it; nothing is known for other paths."""
+    if not name.startswith("mode"):
+        return ""
+    if name in served:
+        return f"; {spoken(name)} is served: a larger mpc.modal_energy, fewer estimator.stiffness_modes?"
+    return (
+        f"; {spoken(name)} is not served: a larger estimator.strain_error, estimator.acceleration_error? "
+        "see docs/margins.md"
+    )
 
 
 def _share(case: Case, config: MarginConfig) -> float:
