@@ -35,7 +35,7 @@ from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
-EXACT = InverseSettings(distance=1e-7, angle=1e-6, iterations=8)  # m, rad; 2 or 3 do from nothing bent
+EXACT = InverseSettings(distance=1e-7, angle=1e-6, iterations=6)  # m, rad; 2 or 3 do from nothing bent
 ROUGH = InverseSettings(distance=1e-5, angle=1e-4, iterations=30)  # the sag is not in it
 BRIEF = InverseSettings(distance=1e-5, angle=1e-4, iterations=12)  # from one of many starts
 RESTS = 2  # starts from which the rest is looked for: it costs a hundred times as much as with nothing bent
