@@ -21,6 +21,7 @@ from flexarm_controller.guard_session import GuardSession
 from flexarm_controller.laws import Laws
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.admission import admit, check_begin
+from flexarm_controller.motion.arm_loads import ArmLoads
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.nonlinear.settings import NmpcConfig
@@ -50,6 +51,7 @@ class ControllerExchange:
         guard: What the guard has said.
         answer: What became of the newest state; None before the first.
         teller: Tells of answers.
+        loads: Of the arm away from the pose of its model, where somebody knows its dynamics.
         write: Makes the message of a command, of what ``command_to_msg`` takes.
     """
 
@@ -82,6 +84,7 @@ class ControllerExchange:
         self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
         self.state: ArmState | None = None
+        self.loads: ArmLoads | None = None
         self.write: Callable[..., Any] = command_to_msg
         self.teller = AnswerTeller(settings.period, mpc.backend, is_live=epoch_ns is None)
         self.answer: Answer | None = None
@@ -153,11 +156,9 @@ class ControllerExchange:
     def on_reference(self, msg: Any) -> list[Outgoing]:
         """Take a reference or refuse it; the answer says which, and why."""
         try:
-            remark = self._take_reference(msg)
+            answer = "; ".join([f"reference accepted: {len(msg.points)} points", *self._take_reference(msg)])
         except (ReferenceMessageError, MotionError) as error:
             answer = f"{REFUSED}{error}"
-        else:
-            answer = "; ".join([f"reference accepted: {len(msg.points)} points", *remark])
         return self._notice(answer, stamp_to_ns(msg.header.stamp))
 
     def refuse_reference(self, reason: str) -> list[Outgoing]:
@@ -224,9 +225,8 @@ class ControllerExchange:
         reference = reference_from_msg(msg, self._names, self._epoch_ns)
         if now is not None:
             check_begin(float(reference.t[0]) - now, LATE)
-        reference, remark = admit(
-            reference, model, self._limits, self._motion, self.is_armed and self.is_live
-        )
+        is_awaited = self.is_armed and self.is_live
+        reference, remark = admit(reference, model, self._limits, self._motion, is_awaited, self.loads)
         under_way = self.controller.queue.leading if self.is_armed else None
         queued = describe_queued(under_way, reference, now, self._settings.period)
         if fault := self.controller.follow(reference):

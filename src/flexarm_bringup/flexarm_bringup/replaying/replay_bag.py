@@ -17,6 +17,8 @@ from flexarm_bringup.tick_check import check_ticks
 from flexarm_bringup.topics import NAMESPACE, STREAMS, Stream, find_stream
 from flexarm_controller.debug import Insight
 from flexarm_controller.exchange import ControllerExchange
+from flexarm_controller.limits import limits_of
+from flexarm_controller.motion.arm_loads import ArmLoads
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.nonlinear.settings import NmpcConfig
@@ -90,8 +92,10 @@ def _build_player(bag: Bag) -> tuple[Player, Callable[[], str]]:
     mpc = replace(apply_overrides(MpcConfig, given), time_limit=NO_TIME_LIMIT)
     nmpc = apply_overrides(NmpcConfig, given)
     controller = ControllerExchange(config, laws, mpc, epoch_ns, Clocks(cpu=lambda: 0.0), motion, nmpc)
+    tree = ReducedTree(config)
+    controller.loads = ArmLoads(tree, limits_of(config))
     if len(written_for(bag)) > len(WRITTEN):
-        tip = TipKinematics(ReducedTree(config))
+        tip = TipKinematics(tree)
         controller.teller.tell_more(
             Insight(tip.at, mpc, laws.period), lambda topic: topic == "controller_debug"
         )

@@ -29,18 +29,31 @@ def turning_loads(tree: ReducedTree, model: ReducedModel) -> Array:
         tree: The dynamics.
         model: What is served of it at the pose.
     """
-    at_rest, M = _bias(tree, model.q0, np.zeros(tree.n_q)), tree.mass_matrix(model.q0)
-    T = model.Phi[:, : model.n_theta]
+    return turning_at(tree, model.q0, model.Phi[:, : model.n_theta], tree.mass_matrix(model.q0))
+
+
+def turning_at(tree: ReducedTree, q: Array, T: Array, M: Array) -> Array:
+    """Return the same at coordinates at rest.
+
+    Args:
+        tree: The dynamics.
+        q: The coordinates, (n_q,).
+        T: How they follow the axes, (n_q, n).
+        M: Mass there, (n_q, n_q).
+    """
+    at_rest, n = _bias(tree, q, np.zeros(tree.n_q)), T.shape[1]
 
     def load(v: Array) -> Array:
-        """Return the torque that constant velocities take beyond rest and friction, (n_theta,)."""
+        """Return the torque that constant velocities take beyond rest and friction, (n,)."""
         rates = T @ v
-        force = _bias(tree, model.q0, rates) - at_rest - tree.D @ rates
-        return np.asarray(T.T @ (force + M @ _closing(tree, model.q0, rates)))
+        force = _bias(tree, q, rates) - at_rest - tree.D @ rates
+        if tree.n_c:
+            force = force + M @ _closing(tree, q, rates)
+        return np.asarray(T.T @ force)
 
-    one = np.eye(model.n_theta)
+    one = np.eye(n)
     alone = [load(v) for v in one]
-    both = combinations_with_replacement(range(model.n_theta), 2)
+    both = combinations_with_replacement(range(n), 2)
     return np.column_stack(
         [alone[j] if j == k else load(one[j] + one[k]) - alone[j] - alone[k] for j, k in both]
     )
@@ -54,8 +67,7 @@ def _bias(tree: ReducedTree, q: Array, v: Array) -> Array:
 def _closing(tree: ReducedTree, q: Array, v: Array) -> Array:
     """Return the accelerations that keep loops closed while the other coordinates move evenly, (n_q,)."""
     acceleration, dependent = np.zeros(tree.n_q), tree.loops.dependent
-    if tree.n_c:
-        ahead, behind = (tree.constraints(q + step * v)[1] @ v for step in (STEP, -STEP))
-        G = tree.constraints(q)[1]
-        acceleration[dependent] = -np.linalg.solve(G[:, dependent], (ahead - behind) / (2.0 * STEP))
+    ahead, behind = (tree.constraints(q + step * v)[1] @ v for step in (STEP, -STEP))
+    G = tree.constraints(q)[1]
+    acceleration[dependent] = -np.linalg.solve(G[:, dependent], (ahead - behind) / (2.0 * STEP))
     return acceleration

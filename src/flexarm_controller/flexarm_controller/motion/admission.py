@@ -4,25 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from flexarm_controller.limits import Limits
+from flexarm_controller.motion.arm_loads import ArmLoads
 from flexarm_controller.motion.excess import Excess, find_excess
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.retime import retime
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import stretch
-from flexarm_controller.program.equilibrium import Equilibrium, build_equilibrium
+from flexarm_controller.motion.torques import Torques
+from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference
 from flexarm_model.motion.conversions import LONGEST
 from flexarm_model.served.reduced_model import ReducedModel
 
-_Asked = tuple[Reference, Limits, Sequence[str], Equilibrium, float]
+_Asked = tuple[Reference, Limits, Sequence[str], Torques, float]
 MOST_SLOWED = (
     100  # points times axes of what is slowed down while commands are awaited: 0.35 ms each at worst
 )
 
 
 def admit(
-    reference: Reference, model: ReducedModel, limits: Limits, config: MotionConfig, is_awaited: bool = False
+    reference: Reference,
+    model: ReducedModel,
+    limits: Limits,
+    config: MotionConfig,
+    is_awaited: bool = False,
+    loads: ArmLoads | None = None,
 ) -> tuple[Reference, str]:
     """Return what is to be followed, and a remark where that is not simply the reference.
 
@@ -32,13 +41,16 @@ def admit(
         limits: Of the arm.
         config: What becomes of a reference that is too fast.
         is_awaited: Commands are; then nothing is slowed down that takes long.
+        loads: Of the arm away from the model's pose; None: they are the model's.
 
     Raises:
         MotionError: It is outside the limits; names axis, quantity, value, limit and instant.
     """
     if reference.theta.shape[1] != limits.effort.size:
         raise MotionError(reference.fault(limits))
-    equilibrium, names = build_equilibrium(model), model.theta_names
+    way = loads.along(reference, model.pose) if loads else None
+    equilibrium = build_equilibrium(model) if way is None else way.rows(np.ones(model.n_theta))
+    names = model.theta_names
     excess = find_excess(reference, limits, names, equilibrium)
     if excess is None:
         return reference, ""

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
-from flexarm_controller.motion.demand import demand_of
+from flexarm_controller.motion.demand import Demand, WayDemand, demand_of
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_model.served.reduced_model import ReducedModel
@@ -47,7 +47,12 @@ class AxisLimits:
 
 
 def axis_limits(
-    model: ReducedModel, limits: Limits, poses: Sequence[Array], config: MotionConfig, scale: float = 1.0
+    model: ReducedModel,
+    limits: Limits,
+    poses: Sequence[Array],
+    config: MotionConfig,
+    scale: float = 1.0,
+    demand: Demand | WayDemand | None = None,
 ) -> AxisLimits:
     """Return the box for motions of ``model``'s arm among some poses.
 
@@ -57,11 +62,12 @@ def axis_limits(
         poses: Axes between which the motion stays [rad or m], (n_theta,) each.
         config: Shares of the limits, and the ramp.
         scale: Widens acceleration [1]; the jerk stays within the torque rates.
+        demand: Where it is not that of the model.
 
     Raises:
         MotionError: Holding still at one of the poses takes the torque or strain that there is.
     """
-    demand = demand_of(model, limits, config)
+    demand = demand_of(model, limits, config) if demand is None else demand
     standing = abs(demand.standing(np.array(poses))).max(axis=0)
     spare = demand.most - standing
     if (spare <= 0.0).any():
@@ -70,6 +76,7 @@ def axis_limits(
             f"{demand.names[i]}: holding still takes {standing[i]:.4g} of the "
             f"{demand.most[i]:.4g} {demand.units[i]} that motions may need"
         )
+    spare = np.maximum(spare, demand.eased * demand.most)
     K, D, J = (abs(part) for part in (demand.K, demand.D, demand.J))
     rate, motors = config.motion_effort * limits.effort_rate, slice(model.n_theta)
     v = config.motion_velocity * np.minimum(limits.velocity, FASTEST)

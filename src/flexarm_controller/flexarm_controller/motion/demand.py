@@ -3,10 +3,13 @@
 For a reference of the axes torques and strains are affine, one row for each motor and each limited gauge::
 
     K theta + D theta' + J theta'' + rest          at most ``most`` either way
+
+That is the arm at one pose. Where weight and inertia change on the way, `WayDemand` has them there (`Way`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,11 +17,15 @@ from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.motion.stretch import grid, largest_speed
+from flexarm_controller.motion.way import Way
 from flexarm_controller.program.equilibrium import Equilibrium, build_equilibrium
+from flexarm_controller.reference import Reference
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.settings.units import is_sliding
 
 Array = NDArray[np.float64]
+NONE = 1e-12  # of what there is: a row that is asked less has no say
 
 
 @dataclass(frozen=True)
@@ -33,6 +40,8 @@ class Demand:
         most: Largest magnitude [N m, N; 1], (n_rows,).
         names: "axis base.rz" or "gauge root_strain", (n_rows,).
         units: "N m", "N" or "strain", (n_rows,).
+        eased: Of ``most``, that motions begin to be planned with where standing still leaves less [1].
+        is_box_safe: Whether whatever is in the box of `axis_limits` keeps ``most``.
     """
 
     K: Array
@@ -42,6 +51,12 @@ class Demand:
     most: Array
     names: tuple[str, ...]
     units: tuple[str, ...]
+    eased: float = 0.0
+    is_box_safe: bool = True
+
+    def poses_between(self, start: Array, goal: Array) -> Sequence[Array]:
+        """Return the poses (n_theta,) that ask most to stand still, of those between two."""
+        return start, goal
 
     def standing(self, poses: Array) -> Array:
         """Return what standing still at ``poses`` (k, n_theta) asks, (k, n_rows)."""
@@ -57,7 +72,71 @@ class Demand:
         """
         push = theta_ddot @ self.J.T
         spare = self.most - np.copysign(1.0, push) * (self.standing(theta) + theta_dot @ self.D.T)
-        return float((spare / np.maximum(abs(push), 1e-12 * self.most)).min())
+        return float((spare / np.maximum(abs(push), NONE * self.most)).min())
+
+    def speed(self, motion: Reference) -> float:
+        """Return the largest share x <= 1 of the speed of a motion; what it may have is in its box."""
+        return 1.0
+
+
+class WayDemand:
+    """The same along a way; K, D, J are the largest magnitudes on it.
+
+    Attributes:
+        way: Rows as in `Demand`.
+        eased, is_box_safe: As there; products of velocities are not in the box.
+    """
+
+    def __init__(self, alike: Demand, way: Way, eased: float) -> None:
+        """Take names and shares of ``alike`` (a linear model's), the rest of ``way``.
+
+        Args:
+            alike: The demand of a linear model.
+            way: Its rows.
+            eased: As in `Demand`; where a motion is slowed down as a whole afterwards.
+        """
+        self.way, self.eased, self.is_box_safe = way, eased, False
+        self.most, self.names, self.units = alike.most, alike.names, alike.units
+        self.K, self.D, self.J = (abs(part).max(axis=0) for part in (way.K, way.D, way.J))
+
+    def poses_between(self, start: Array, goal: Array) -> Sequence[Array]:
+        """Return the poses of the way, (n_theta,) each."""
+        return list(self.way.poses)
+
+    def standing(self, poses: Array) -> Array:
+        """Return what standing still at ``poses`` (k, n_theta) asks, (k, n_rows)."""
+        return self.way.holding(poses)
+
+    def growth(self, theta: Array, theta_dot: Array, theta_ddot: Array) -> float:
+        """Return by how much all accelerations may grow until a row has its most, as `Demand.growth` [1]."""
+        push = self.way.inertia(theta, theta_ddot)
+        moving = self.way.viscous(theta, theta_dot) + self.way.turning(theta, theta_dot)
+        spare = self.most - np.copysign(1.0, push) * (self.standing(theta) + moving)
+        return float((spare / np.maximum(abs(push), NONE * self.most)).min())
+
+    def speed(self, motion: Reference) -> float:
+        """Return the largest share x <= 1 of the speed of a motion at which no row has more than its most."""
+        times = grid(motion)
+        theta, theta_dot, theta_ddot = motion.sample(times)
+        turning, accelerations = self.way.turning(theta, theta_dot), (theta_ddot, motion.before(times))
+        pushes = [self.way.inertia(theta, part) + turning for part in accelerations]
+        return largest_speed(self.standing(theta), self.way.viscous(theta, theta_dot), pushes, self.most)
+
+
+def demand_on(
+    model: Demand, n: int, way: Way | None, config: MotionConfig, eased: float
+) -> Demand | WayDemand:
+    """Return the demand of a linear model of ``n`` axes, or that on a way where there is one."""
+    if way is None:
+        return model
+    ring = np.ones(model.most.size)
+    ring[n:] = ring_of(config)
+    return WayDemand(model, way.rows(ring), eased)
+
+
+def ring_of(config: MotionConfig) -> float:
+    """Return the largest strain over that of a steady acceleration, reached in a ramp [1]."""
+    return float(1.0 + abs(np.sinc(config.motion_ramp)))
 
 
 def demand_of(model: ReducedModel, limits: Limits, config: MotionConfig) -> Demand:
@@ -69,7 +148,7 @@ def demand_of(model: ReducedModel, limits: Limits, config: MotionConfig) -> Dema
     equilibrium = build_equilibrium(model)
     rows, at_zero, limit, gauges = _strain(model, limits, equilibrium)
     K, D, J = np.split(np.vstack([equilibrium.U, rows]), 3, axis=1)
-    J[model.n_theta :] *= 1.0 + abs(np.sinc(config.motion_ramp))
+    J[model.n_theta :] *= ring_of(config)
     units = tuple("N" if is_sliding(name) else "N m" for name in model.theta_names)
     return Demand(
         K=K,

@@ -2,7 +2,8 @@
 
 Between two samples position is a cubic and acceleration a line in time, so that position, velocity and the
 quasi-static torque ``K theta + D theta' + J theta'' + u_0`` of the served model are cubics in s = 0 ... 1.
-Their extremes lie at the ends of the interval or where the derivative, a quadratic, vanishes.
+So is the torque on a `Way`, which changes with the pose, in parts of the interval that it makes. Their
+extremes lie at the ends of the interval or where the derivative, a quadratic, vanishes.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
-from flexarm_controller.program.equilibrium import Equilibrium
+from flexarm_controller.motion.torques import Torques
 from flexarm_model.motion.trajectory import Trajectory
 from flexarm_model.settings.units import is_sliding
 
@@ -62,7 +63,7 @@ def torque_unit(name: str) -> str:
 
 
 def find_excess(
-    trajectory: Trajectory, limits: Limits, names: Sequence[str] = (), equilibrium: Equilibrium | None = None
+    trajectory: Trajectory, limits: Limits, names: Sequence[str] = (), equilibrium: Torques | None = None
 ) -> Excess | None:
     """Return the worst excess of the first quantity that has one: position, velocity, torque.
 
@@ -103,7 +104,7 @@ def _of_stamps(trajectory: Trajectory) -> Array:
     return np.tile(slack, EXTREMES)[:, None]
 
 
-def peaks(trajectory: Trajectory, equilibrium: Equilibrium | None) -> Iterator[tuple[str, Array, Array]]:
+def peaks(trajectory: Trajectory, equilibrium: Torques | None) -> Iterator[tuple[str, Array, Array]]:
     """Return every quantity with the instants [s] and values of its local extremes, both (k, n_theta)."""
     if trajectory.t.size == 1:
         still = np.zeros_like(trajectory.theta)
@@ -111,20 +112,14 @@ def peaks(trajectory: Trajectory, equilibrium: Equilibrium | None) -> Iterator[t
         yield "position", t, trajectory.theta
         yield "velocity", t, still
         if equilibrium is not None:
-            yield "torque", t, _load(equilibrium, trajectory.theta, still, still)
+            yield "torque", t, equilibrium.holding(trajectory.theta)
         return
-    p0, v0, c2, c3, a0, a1, h = trajectory._cubics.swapaxes(0, 1)  # each (k - 1, n)
-    zero = np.zeros_like(p0)
-    position, velocity = (p0, v0, c2, c3), (v0 / h, 2 * c2 / h, 3 * c3 / h, zero)
-    yield "position", *_extremes(trajectory, position, h)
-    yield "velocity", *_extremes(trajectory, velocity, h)
+    p0, v0, c2, c3, _, _, h = trajectory._cubics.swapaxes(0, 1)  # each (k - 1, n)
+    position, velocity = (p0, v0, c2, c3), (v0 / h, 2 * c2 / h, 3 * c3 / h, np.zeros_like(p0))
+    yield "position", *_extremes(trajectory, position)
+    yield "velocity", *_extremes(trajectory, velocity)
     if equilibrium is not None:
-        acceleration = (a0, a1 - a0, zero, zero)
-        parts = zip(position, velocity, acceleration, (1.0, 0.0, 0.0, 0.0), strict=True)
-        torque = tuple(
-            _load(equilibrium, p, v, a) - (1.0 - constant) * equilibrium.u_0 for p, v, a, constant in parts
-        )
-        yield "torque", *_extremes(trajectory, torque, h)
+        yield "torque", *_extremes(*equilibrium.cubics(trajectory))
 
 
 def roots_within(c: Array, b: Array, a: Array) -> Array:
@@ -136,17 +131,12 @@ def roots_within(c: Array, b: Array, a: Array) -> Array:
     return np.where(np.isfinite(s), np.clip(s, 0.0, 1.0), 0.0)
 
 
-def _load(equilibrium: Equilibrium, theta: Array, theta_dot: Array, theta_ddot: Array) -> Array:
-    r = np.hstack([theta, theta_dot, theta_ddot])
-    return np.asarray(r @ equilibrium.U.T + equilibrium.u_0)
-
-
-def _extremes(trajectory: Trajectory, cubic: Sequence[Array], h: Array) -> tuple[Array, Array]:
+def _extremes(trajectory: Trajectory, cubic: Sequence[Array]) -> tuple[Array, Array]:
     """Return instants and values at both ends of every interval and where the derivative vanishes."""
     c0, c1, c2, c3 = cubic
     stationary = roots_within(c1, 2 * c2, 3 * c3)
     s = np.concatenate([np.zeros_like(c0)[None], np.ones_like(c0)[None], stationary])  # (EXTREMES, k - 1, n)
     values = c0 + s * (c1 + s * (c2 + s * c3))
-    t = trajectory.t[:-1, None] + s * h
+    t = trajectory.t[:-1, None] + s * np.diff(trajectory.t)[:, None]
     n = c0.shape[1]
     return t.reshape(-1, n), values.reshape(-1, n)

@@ -68,6 +68,7 @@ class MotionExchange:
         self._exchange, self._names, self.arm = exchange, tuple(config.actuated), config
         self._parameters = ParameterWatch(config, PARAMETER_STEP)
         self._server = MotionServer(tip, limits_of(config), motion, period, goals)
+        exchange.loads = self._server.loads
         self._models = ModelsAwaited()
         self.has_models: Callable[[], bool] = _nobody
 
@@ -84,6 +85,7 @@ class MotionExchange:
         if self._parameters.is_due:
             self._parameters.use(self._parameters.told())
             self._server.lead(self._parameters.used)
+            self._exchange.loads = self._server.loads
 
     def on_models(self, text: str) -> list[Outgoing]:
         """Hear what the model node says of a reference: "stamp: receipt" or "stamp: refused: reason"."""

@@ -15,6 +15,7 @@ import numpy as np
 
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.limits import Limits
+from flexarm_controller.motion.arm_loads import ArmLoads
 from flexarm_controller.motion.planner import MotionPlanner
 from flexarm_controller.motion.point_to_point import state_at
 from flexarm_controller.motion.progress import ON_REQUEST, Progress, Pursuit
@@ -71,7 +72,11 @@ class Answer:
 
 
 class MotionServer:
-    """Owns the goal that is pursued."""
+    """Owns the goal that is pursued.
+
+    Attributes:
+        loads: Of the arm, wherever its axes are.
+    """
 
     def __init__(
         self, tip: TipKinematics, limits: Limits, config: MotionConfig, period: float, goals: int = 0
@@ -92,6 +97,7 @@ class MotionServer:
         self._ranges = guard_limits(tip.tree.config, tip.tree, guard).ranges
         self._described = self._tip = tip.within(self._ranges)
         self._limits, self._config, self._period = limits, config, period
+        self.loads = ArmLoads(tip.tree, limits)
         self._pursuit: Pursuit | None = None
         self._goals = goals
         self._told: list[Progress] = []
@@ -102,8 +108,9 @@ class MotionServer:
         return self._pursuit is not None
 
     def lead(self, parameters: Mapping[str, float]) -> None:
-        """Take other values of the arm's named parameters [SI]: it sags otherwise at the goals to come."""
+        """Take other values of the arm's named parameters [SI]: it sags otherwise from now on."""
         self._tip = self._described.under(parameters)
+        self.loads = ArmLoads(self._tip.tree, self._limits)
 
     def move_tip(self, goal: TipGoal, arm: Follower, state: ArmState) -> Answer:
         """Begin to move to a goal, or say why not.
@@ -197,7 +204,7 @@ class MotionServer:
         return float(np.linalg.norm(self._tip.position(arm.model, state) - pursuit.point))
 
     def _planner(self, arm: Follower) -> MotionPlanner:
-        return MotionPlanner(arm.model, self._limits, self._config, self._ranges)
+        return MotionPlanner(arm.model, self._limits, self._config, self._ranges, self.loads)
 
     def _follow(self, arm: Follower, reference: Reference) -> None:
         fault = arm.follow(reference)

@@ -12,17 +12,21 @@ from numpy.typing import NDArray
 from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.approach import Approach
+from flexarm_controller.motion.arm_loads import ArmLoads
 from flexarm_controller.motion.axis_limits import AxisLimits, axis_limits
-from flexarm_controller.motion.demand import demand_of
+from flexarm_controller.motion.demand import Demand, WayDemand, demand_of, demand_on
 from flexarm_controller.motion.excess import find_excess
 from flexarm_controller.motion.point_to_point import MotionState, move, stop
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import grid, slow_down
+from flexarm_controller.motion.way import Way
 from flexarm_controller.reference import Reference, splice
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
+Asked = Demand | WayDemand
+EASED = 0.5  # of the torque there is, that the first box has from rest; what it is too much slows it down
 TRIES = 5  # boxes; each comes nearer to the torque that may be used
 SLOWER, MOST_SLOWER = 30, 1.3  # tries to slow down near the end of an axis, and the factor of one at most
 ROUNDED = 1e-4  # of a duration: what people copy of an answer
@@ -30,10 +34,18 @@ ENOUGH = 1.005  # a wider box than this times the one before is worth a try
 
 
 class MotionPlanner:
-    """Plans motions of the arm whose served model it has; torques are those of the model's pose."""
+    """Plans motions of the arm whose served model it has.
+
+    Torques are those of the model's pose, and on ways where the arm's loads are others, of poses on them.
+    """
 
     def __init__(
-        self, model: ReducedModel, limits: Limits, config: MotionConfig, ranges: Sequence[JointRange]
+        self,
+        model: ReducedModel,
+        limits: Limits,
+        config: MotionConfig,
+        ranges: Sequence[JointRange],
+        loads: ArmLoads | None = None,
     ) -> None:
         """Keep within the shares of ``limits`` that ``config`` allows, and within ``ranges`` of the guard.
 
@@ -42,9 +54,10 @@ class MotionPlanner:
             limits: Of the arm.
             config: Shares of the limits, and the ramp.
             ranges: How fast the guard lets every axis approach its ends; empty for axes without ends.
+            loads: Of the arm away from the model's pose; None: they are the model's.
         """
         self._model, self._limits, self._config = model, limits, config
-        self._demand = demand_of(model, limits, config)
+        self._demand, self._loads = demand_of(model, limits, config), loads
         self._approach = Approach(ranges, model.theta_names)
 
     def move(self, start: MotionState, goal: Array, t: float = 0.0, duration: float = 0.0) -> Reference:
@@ -80,13 +93,21 @@ class MotionPlanner:
             MotionError: Torque, rate or joint limits do not allow any.
         """
         hard = replace(self._config, motion_ramp=0.0)
+        way = self._loads.at(start.theta, self._model.pose) if self._loads else None
         try:
-            box = axis_limits(self._model, self._limits, [start.theta], hard)
+            box = self._box([start.theta], self._limits, hard, way)
         except MotionError:
             whole = replace(hard, motion_effort=1.0)
             free = replace(self._limits, strain=np.full(len(self._limits.gauges), np.inf))
-            box = axis_limits(self._model, free, [start.theta], whole)
+            box = self._box([start.theta], free, whole, way)
         return self._checked(stop(start, box, t))
+
+    def _box(
+        self, poses: Sequence[Array], limits: Limits, config: MotionConfig, way: Way | None
+    ) -> AxisLimits:
+        known = demand_of(self._model, limits, config)
+        demand = demand_on(known, self._model.n_theta, way, config, 0.0)
+        return axis_limits(self._model, limits, poses, config, 1.0, demand)
 
     def _check_goal(self, goal: Array) -> None:
         low, high = self._limits.position_low, self._limits.position_high
@@ -109,7 +130,8 @@ class MotionPlanner:
         box that was widened for one motion may be too wide for another, so a longer one from a start that
         moves is looked at.
         """
-        motion, box = self._gentle(start, goal, t)
+        demand = self._demand_between(start, goal)
+        motion, box = self._gentle(start, goal, t, demand)
         shortest = float(motion.t[-1]) - t
         if duration <= 0.0 or shortest <= 0.0:
             return motion
@@ -118,7 +140,7 @@ class MotionPlanner:
         if start.is_at_rest:
             return slow_down(motion, max(duration / shortest, 1.0))
         longer = move(start, goal, box, t, duration)
-        if self._approach.slow_down(longer) > 1.0 or self._room(longer) * ENOUGH < 1.0:
+        if self._approach.slow_down(longer) > 1.0 or _room(longer, demand) * ENOUGH < 1.0:
             raise MotionError(f"from this state no motion of {duration:.4g} s keeps the limits")
         return longer
 
@@ -132,12 +154,20 @@ class MotionPlanner:
         left = duration - (begin - t) if duration > 0.0 else 0.0
         return self._checked(splice(halt, self._paced(rest, goal, begin, left), t))
 
-    def _gentle(self, start: MotionState, goal: Array, t: float) -> tuple[Reference, AxisLimits]:
+    def _demand_between(self, start: MotionState, goal: Array) -> Asked:
+        way = self._loads.between(start.theta, goal, self._model.pose) if self._loads else None
+        return demand_on(
+            self._demand, self._model.n_theta, way, self._config, EASED if start.is_at_rest else 0.0
+        )
+
+    def _gentle(
+        self, start: MotionState, goal: Array, t: float, demand: Asked
+    ) -> tuple[Reference, AxisLimits]:
         """Return the shortest motion found that approaches no end of an axis too fast, and its box.
 
         From a start that moves, a smaller box brakes more weakly: that may come nearer to an end, and faster.
         """
-        motion, box = self._fastest(start, goal, t)
+        motion, box = self._fastest(start, goal, t, demand)
         before = np.inf
         for _ in range(SLOWER):
             factor = self._approach.slow_down(motion)
@@ -146,29 +176,53 @@ class MotionPlanner:
             if factor >= before and not start.is_at_rest:
                 break
             before, factor = factor, ENOUGH * min(factor, MOST_SLOWER)
-            box = AxisLimits(box.velocity / factor, box.acceleration / factor**2, box.jerk / factor**3)
+            box = _slower(box, factor)
             motion = move(start, goal, box, t)
         raise MotionError(
             "no motion from this state keeps the speed that the guard allows near a range's end"
         )
 
-    def _fastest(self, start: MotionState, goal: Array, t: float) -> tuple[Reference, AxisLimits]:
-        """Return the shortest motion found, and its box."""
-        scale, poses = 1.0, (start.theta, goal)
-        box = axis_limits(self._model, self._limits, poses, self._config)
-        motion = move(start, goal, box, t)
-        best, room = (motion, box), self._room(motion)
+    def _fastest(
+        self, start: MotionState, goal: Array, t: float, demand: Asked
+    ) -> tuple[Reference, AxisLimits]:
+        """Return the shortest motion found, and its box.
+
+        Raises:
+            MotionError: A row has no torque or strain to spare; from a start that moves, on a way where they
+                change, also where the box holds for none of the motions.
+        """
+        best = motion, box, room = self._tried(start, goal, t, demand, 1.0)
+        scale = 1.0
         for _ in range(TRIES):
             if room <= 0.0 or 1.0 <= room < ENOUGH:
                 break
             scale *= room if room > 1.0 else room / ENOUGH
-            box = axis_limits(self._model, self._limits, poses, self._config, scale)
-            motion = move(start, goal, box, t)
-            room = self._room(motion)
-            if room >= 1.0 and motion.t[-1] < best[0].t[-1]:
-                best = motion, box
-        return best
+            motion, box, room = self._tried(start, goal, t, demand, scale)
+            is_sooner = motion.t[-1] < best[0].t[-1] or not (demand.is_box_safe or best[2] * ENOUGH >= 1.0)
+            if room >= 1.0 and is_sooner:
+                best = motion, box, room
+        if not demand.is_box_safe and best[2] * ENOUGH < 1.0:
+            raise MotionError("no motion from this state keeps the torques that change on the way")
+        return best[:2]
 
-    def _room(self, motion: Reference) -> float:
-        """Return by how much all accelerations may grow until a motor or a gauge has its most [1]."""
-        return self._demand.growth(*motion.sample(grid(motion)))
+    def _tried(
+        self, start: MotionState, goal: Array, t: float, demand: Asked, scale: float
+    ) -> tuple[Reference, AxisLimits, float]:
+        """Return a motion, slower as a whole where it need be and rests before, its box, and its room."""
+        poses = demand.poses_between(start.theta, goal)
+        box = axis_limits(self._model, self._limits, poses, self._config, scale, demand)
+        motion = move(start, goal, box, t)
+        if start.is_at_rest and (x := demand.speed(motion)) < 1.0:
+            box = _slower(box, 1.0 / x)
+            return move(start, goal, box, t), box, 1.0  # it has its most somewhere
+        return motion, box, _room(motion, demand)
+
+
+def _slower(box: AxisLimits, factor: float) -> AxisLimits:
+    """Return the box of the same motions in slow motion."""
+    return AxisLimits(box.velocity / factor, box.acceleration / factor**2, box.jerk / factor**3)
+
+
+def _room(motion: Reference, demand: Asked) -> float:
+    """Return by how much all accelerations may grow until a motor or a gauge has its most [1]."""
+    return demand.growth(*motion.sample(grid(motion)))

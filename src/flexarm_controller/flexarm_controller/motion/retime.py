@@ -22,7 +22,7 @@ from flexarm_controller.limits import Limits
 from flexarm_controller.motion.excess import find_excess, roots_within, torque_unit
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.stretch import grid, stretch
-from flexarm_controller.program.equilibrium import Equilibrium
+from flexarm_controller.motion.torques import Torques
 from flexarm_controller.reference import Reference
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ class _Path:
         sigma: The instants [s], (k,).
         rest: ``K theta + u_0``.
         viscous: ``D theta'``.
-        bent, before: ``J theta''`` from the instant on and up to it.
+        bent, before: ``J theta''`` from the instant on and up to it, with what products of velocities ask.
         push: ``J theta'``.
     """
 
@@ -60,7 +60,7 @@ def retime(
     reference: Reference,
     limits: Limits,
     names: Sequence[str],
-    equilibrium: Equilibrium,
+    equilibrium: Torques,
     longest: float = np.inf,
 ) -> tuple[Reference, float]:
     """Return the trajectory within the torques, beginning when it did, and by how much it ends later [s].
@@ -94,13 +94,14 @@ def retime(
     return slowed, float(slowed.t[-1] - reference.t[-1])
 
 
-def _path(reference: Reference, equilibrium: Equilibrium) -> _Path:
+def _path(reference: Reference, equilibrium: Torques) -> _Path:
     """Return the parts of the torque along the path, on a grid."""
     sigma = grid(reference)
     theta, theta_dot, theta_ddot = reference.sample(sigma)
-    K, D, J = np.split(equilibrium.U, 3, axis=1)
-    rest, before = theta @ K.T + equilibrium.u_0, reference.before(sigma) @ J.T
-    return _Path(sigma, rest, theta_dot @ D.T, theta_ddot @ J.T, before, theta_dot @ J.T)
+    rest, viscous = equilibrium.holding(theta), equilibrium.viscous(theta, theta_dot)
+    turning, push = equilibrium.turning(theta, theta_dot), equilibrium.inertia(theta, theta_dot)
+    bent, before = (equilibrium.inertia(theta, part) for part in (theta_ddot, reference.before(sigma)))
+    return _Path(sigma, rest, viscous, bent + turning, before + turning, push)
 
 
 def _check_rest(path: _Path, limits: Limits, names: Sequence[str]) -> None:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.excess import find_excess, peaks, roots_within
 from flexarm_controller.motion.refusals import MotionError
-from flexarm_controller.program.equilibrium import Equilibrium
+from flexarm_controller.motion.torques import Torques
 from flexarm_controller.reference import Reference
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ def stretch(
     reference: Reference,
     limits: Limits,
     names: Sequence[str],
-    equilibrium: Equilibrium,
+    equilibrium: Torques,
     longest: float = np.inf,
 ) -> tuple[Reference, float]:
     """Return the trajectory within the limits, beginning when it did, and the factor of its time.
@@ -84,22 +84,35 @@ def _slow_enough(reference: Reference, limits: Limits) -> float:
     return float(1.0 / max((abs(velocities).max(axis=0) / limits.velocity).max(), 1.0))
 
 
-def _fastest(reference: Reference, limits: Limits, equilibrium: Equilibrium) -> float:
+def _fastest(reference: Reference, limits: Limits, equilibrium: Torques) -> float:
     """Return the largest x <= 1 that keeps the torques, on the grid."""
     times = grid(reference)
     theta, theta_dot, theta_ddot = reference.sample(times)
-    K, D, J = np.split(equilibrium.U, 3, axis=1)
-    c, b = theta @ K.T + equilibrium.u_0, theta_dot @ D.T
-    bounds = limits.effort * (1.0 - WITHIN)
-    pushes = [part @ J.T for part in (theta_ddot, reference.before(times))]  # of both sides of a jump
-    rows = [(side * a, side * b, side * c - bounds) for side in (1.0, -1.0) for a in pushes]
+    rest, turning = equilibrium.holding(theta), equilibrium.turning(theta, theta_dot)
+    accelerations = theta_ddot, reference.before(times)  # of both sides of a jump
+    pushes = [equilibrium.inertia(theta, part) + turning for part in accelerations]
+    x = largest_speed(rest, equilibrium.viscous(theta, theta_dot), pushes, limits.effort)
+    if x <= 0.0:
+        raise MotionError("slowing down does not help: holding still on the way takes too much torque")
+    return x
+
+
+def largest_speed(rest: Array, viscous: Array, pushes: Sequence[Array], bounds: Array) -> float:
+    """Return the largest x <= 1 with ``|rest + x viscous + x^2 push| <= bounds``; 0 where there is none.
+
+    Args:
+        rest: At every instant, (k, n).
+        viscous: Likewise.
+        pushes: Likewise, each of them.
+        bounds: Of magnitudes, (n,).
+    """
+    bounds = bounds * (1.0 - WITHIN)
+    rows = [(side * a, side * viscous, side * rest - bounds) for side in (1.0, -1.0) for a in pushes]
     forbidden = np.concatenate([_forbidden(*(part.ravel() for part in row)) for row in rows])
     low, high = forbidden.T
     x = 1.0
     while (around := low[(low < x) & (high >= x)]).size:
         x = float(around.min())
-    if x <= 0.0:
-        raise MotionError("slowing down does not help: holding still on the way takes too much torque")
     return x
 
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.motion.trajectory import Trajectory
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -44,6 +45,37 @@ class Equilibrium:
         rest = np.zeros_like(self.X)
         rest[:, :m] = self.X[:, :m]
         return rest
+
+    def holding(self, theta: Array) -> Array:
+        """Return the torque that stands still at ``theta`` (k, n_theta), (k, n_theta)."""
+        return np.asarray(theta @ self._parts[0].T + self.u_0)
+
+    def viscous(self, theta: Array, theta_dot: Array) -> Array:
+        """Return the torque of friction at ``theta``, (k, n_theta) each."""
+        return np.asarray(theta_dot @ self._parts[1].T)
+
+    def inertia(self, theta: Array, theta_ddot: Array) -> Array:
+        """Return the torque of accelerations at ``theta``, (k, n_theta) each."""
+        return np.asarray(theta_ddot @ self._parts[2].T)
+
+    def turning(self, theta: Array, theta_dot: Array) -> Array:
+        """Return the torque that goes with products of velocities, (k, n_theta): none in a linear model."""
+        return np.zeros_like(theta_dot)
+
+    def cubics(self, trajectory: Trajectory) -> tuple[Trajectory, tuple[Array, ...]]:
+        """Return the trajectory, and the torque of its intervals as cubics, (k - 1, n_theta) each."""
+        p0, v0, c2, c3, a0, a1, h = trajectory._cubics.swapaxes(0, 1)
+        zero = np.zeros_like(p0)
+        position, velocity = (p0, v0, c2, c3), (v0 / h, 2 * c2 / h, 3 * c3 / h, zero)
+        parts = zip(position, velocity, (a0, a1 - a0, zero, zero), (1.0, 0.0, 0.0, 0.0), strict=True)
+        return trajectory, tuple(
+            np.hstack([p, v, a]) @ self.U.T + self.u_0 - (1.0 - constant) * self.u_0
+            for p, v, a, constant in parts
+        )
+
+    @property
+    def _parts(self) -> list[Array]:
+        return np.split(self.U, 3, axis=1)
 
 
 def build_equilibrium(model: ReducedModel) -> Equilibrium:

@@ -1,0 +1,98 @@
+"""The loads of an arm wherever its axes go, made from its dynamics when somebody asks.
+
+A linear model of one pose holds within `NEAR` of it, as the guard's do. Farther away weight and inertia are
+others, where the arm has any that change: whether it has is looked at once, at poses all over its ranges.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.guarding.pose_loads import NEAR, REACH
+from flexarm_controller.limits import Limits
+from flexarm_controller.motion.pose_load import pose_load
+from flexarm_controller.motion.way import SPACING, Way, pieces
+from flexarm_model.motion.trajectory import Trajectory
+from flexarm_model.served.linearize import PoseError
+from flexarm_model.tree.closure_error import ClosureError
+from flexarm_model.tree.reduced_tree import ReducedTree
+from flexarm_model.tree.sensors import output_names
+
+Array = NDArray[np.float64]
+LOOKED = 6  # poses at which an arm is looked at
+ALIKE = 1e-6  # of torque and inertia: what a change below it is of is rounding
+MOST = 24  # poses on one way: made within half of what a guard waits for a command, of a large arm
+
+
+class ArmLoads:
+    """Loads of one arm; keeps the last way."""
+
+    def __init__(self, tree: ReducedTree, limits: Limits) -> None:
+        """Look at the arm of ``tree`` with its ``limits``: at home and at poses all over its ranges."""
+        self._tree, self._effort = tree, limits.effort
+        finite = np.isfinite(limits.strain)
+        names = [name for name, is_limited in zip(limits.gauges, finite, strict=True) if is_limited]
+        self._gauges = [output_names(tree.config).index(name) for name in names]
+        self._near = np.array([NEAR[name.rsplit(".", 1)[1][0]] for name in tree.config.actuated])
+        self._size = NEAR["r"] / self._near
+        self._low, self._high = limits.position_low, limits.position_high
+        self._last: Way | None = None
+        self.changes = self._changes()
+
+    def between(self, start: Array, goal: Array, known: Array) -> Way | None:
+        """Return the loads on the straight way from ``start`` to ``goal``, (n_theta,) each.
+
+        None where the linear model of the pose ``known`` holds everywhere on it.
+        """
+        count = 1 + max(1, int(np.ceil((abs(goal - start) * self._size).sum() / SPACING)))
+        return self._along(np.linspace(start, goal, min(count, MOST)), known)
+
+    def at(self, pose: Array, known: Array) -> Way | None:
+        """Return the loads around one pose, (n_theta,); None where those of the pose ``known`` hold there."""
+        return self._along(pose[None], known)
+
+    def along(self, trajectory: Trajectory, known: Array) -> Way | None:
+        """Return the loads on the way of a trajectory, as ``between`` does.
+
+        On a way that all axes together go further than `MOST` rad there are so many poses nevertheless.
+        """
+        theta = trajectory.sample(pieces(trajectory, self._size, SPACING / 8))[0]
+        gone = np.append(0.0, np.cumsum((abs(np.diff(theta, axis=0)) * self._size).sum(axis=1)))
+        count = 1 + int(np.ceil(gone[-1] / SPACING))
+        index = np.unique(np.searchsorted(gone, np.linspace(0.0, gone[-1], min(count, MOST))))
+        return self._along(theta[np.minimum(index, len(theta) - 1)], known, theta)
+
+    def _along(self, poses: Array, known: Array, theta: Array | None = None) -> Way | None:
+        """Return the loads at poses (k, n_theta), or the last ones where they hold at ``theta``."""
+        theta = poses if theta is None else theta
+        if not self.changes or not (abs(theta - known) > self._near).any():
+            return None
+        if self._last is None or not self._last.is_near(theta, REACH * NEAR["r"]):
+            self._last = self._made(poses)
+        return self._last
+
+    def _made(self, poses: Array) -> Way | None:
+        loads = []
+        for pose in poses:
+            with suppress(PoseError, ClosureError):  # the node that makes models says so of the motion
+                loads.append(pose_load(self._tree, pose, self._gauges))
+        return Way(loads, self._size) if loads else None
+
+    def _changes(self) -> bool:
+        """Tell whether load or inertia change other than a linear model says."""
+        home, random = np.array(self._tree.config.home), np.random.default_rng(0)
+        n = home.size
+        first = pose_load(self._tree, home, self._gauges)
+        low, high = np.maximum(self._low, home - np.pi), np.minimum(self._high, home + np.pi)
+        for share in random.uniform(0.05, 0.95, (LOOKED, n)):
+            with suppress(PoseError, ClosureError):
+                other = pose_load(self._tree, low + share * (high - low), self._gauges)
+                expected = first.rest + first.K @ (other.pose - home)
+                torque = abs(other.rest - expected)[:n] / self._effort
+                inertia = abs(other.J - first.J)[:n] / np.diag(first.J)[:, None]
+                if max(torque.max(), inertia.max()) > ALIKE:
+                    return True
+        return False
