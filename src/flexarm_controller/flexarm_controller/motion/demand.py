@@ -110,9 +110,12 @@ class WayDemand:
     def growth(self, theta: Array, theta_dot: Array, theta_ddot: Array) -> float:
         """Return by how much all accelerations may grow until a row has its most, as `Demand.growth` [1]."""
         push = self.way.inertia(theta, theta_ddot)
-        moving = self.way.viscous(theta, theta_dot) + self.way.turning(theta, theta_dot)
-        spare = self.most - np.copysign(1.0, push) * (self.standing(theta) + moving)
-        return float((spare / np.maximum(abs(push), NONE * self.most)).min())
+        rest = self.standing(theta) + self.way.viscous(theta, theta_dot) + self.way.turning(theta, theta_dot)
+        spare = self.most - np.copysign(1.0, push) * rest
+        growth = float((spare / np.maximum(abs(push), NONE * self.most)).min())
+        return min(
+            growth, float((self.most / np.maximum(abs(rest), NONE * self.most)).min())
+        )  # against the push products of velocities count
 
     def speed(self, motion: Reference) -> float:
         """Return the largest share x <= 1 of the speed of a motion at which no row has more than its most."""

@@ -212,10 +212,11 @@ class MotionPlanner:
         poses = demand.poses_between(start.theta, goal)
         box = axis_limits(self._model, self._limits, poses, self._config, scale, demand)
         motion = move(start, goal, box, t)
-        if start.is_at_rest and (x := demand.speed(motion)) < 1.0:
+        room = _room(motion, demand)
+        if room < 1.0 and start.is_at_rest and (x := demand.speed(motion)) < 1.0:
             box = _slower(box, 1.0 / x)
             return move(start, goal, box, t), box, 1.0  # it has its most somewhere
-        return motion, box, _room(motion, demand)
+        return motion, box, room
 
 
 def _slower(box: AxisLimits, factor: float) -> AxisLimits:
