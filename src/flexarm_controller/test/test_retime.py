@@ -222,7 +222,7 @@ def wide(limits):
     return replace(limits, velocity=far, position_low=-far, position_high=far)
 
 
-def test_what_ends_sooner_stretched_as_a_whole_is_stretched():
+def test_what_ends_much_sooner_stretched_as_a_whole_is_stretched():
     """Where axes begin and end at speed, slowing down where torque is short took up to 3 times longer."""
     model, limits = two_axes(), wide(two_axis_limits())
     equilibrium, sooner = build_equilibrium(model), 0
@@ -233,6 +233,6 @@ def test_what_ends_sooner_stretched_as_a_whole_is_stretched():
         followed, remark = admit(asked, model, limits, MotionConfig(excess_slowdown=20.0))
         assert find_excess(followed, limits, model.theta_names, equilibrium) is None
         stretched, _ = stretch(asked, limits, model.theta_names, equilibrium)
-        assert followed.t[-1] <= stretched.t[-1]
+        assert followed.t[-1] - t[0] <= 1.1 / np.sqrt(RESERVE) * (stretched.t[-1] - t[0])
         sooner += "as slowing down only where torque is short takes longer" in remark
     assert 0 < sooner < 10

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -10,9 +11,9 @@ from flexarm_controller.limits import Limits
 from flexarm_controller.motion.arm_loads import ArmLoads
 from flexarm_controller.motion.excess import Excess, find_excess
 from flexarm_controller.motion.refusals import MotionError
-from flexarm_controller.motion.retime import retime
+from flexarm_controller.motion.retime import RESERVE, retime
 from flexarm_controller.motion.settings import MotionConfig
-from flexarm_controller.motion.stretch import stretch
+from flexarm_controller.motion.stretch import slow_down, stretch
 from flexarm_controller.motion.torques import Torques
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference
@@ -20,6 +21,8 @@ from flexarm_model.motion.conversions import LONGEST
 from flexarm_model.served.reduced_model import ReducedModel
 
 _Asked = tuple[Reference, Limits, Sequence[str], Torques, float]
+WITH_RESERVE = RESERVE**-0.5  # torque of accelerations goes with the square of time
+MUCH = 1.1  # times the time; what is asked for keeps its own timing where it can
 MOST_SLOWED = (
     100  # points times axes of what is slowed down while commands are awaited: 0.35 ms each at worst
 )
@@ -73,17 +76,22 @@ def admit(
 
 
 def _retimed(asked: _Asked, excess: Excess) -> tuple[Reference, str]:
-    """Return it slowed down where torque is short, or as a whole where that ends sooner; and a remark."""
+    """Return it slowed down where torque is short, or as a whole where that ends much sooner; and a remark.
+
+    As a whole it is slowed down so far that the same share of the torque is left for feedback.
+    """
     slowed, stretched = _tried(retime, asked), _tried(stretch, asked)
-    if isinstance(slowed, MotionError):
-        if isinstance(stretched, MotionError):
+    if isinstance(stretched, MotionError):
+        if isinstance(slowed, MotionError):
             raise slowed
-        why = "does not suffice"
-    elif isinstance(stretched, MotionError) or slowed[0].t[-1] <= stretched[0].t[-1]:
-        return slowed[0], f"slowed down where torque is short, ends {slowed[1]:.3f} s later: {excess}"
+        whole, factor = slowed[0], math.inf
     else:
-        why = "takes longer"
-    whole, factor = stretched
+        whole, factor = stretched
+    why = "does not suffice"
+    if not isinstance(slowed, MotionError):
+        why, whole, factor = "takes longer", slow_down(whole, WITH_RESERVE), factor * WITH_RESERVE
+        if slowed[0].t[-1] - whole.t[0] <= MUCH * (whole.t[-1] - whole.t[0]):
+            return slowed[0], f"slowed down where torque is short, ends {slowed[1]:.3f} s later: {excess}"
     return whole, (
         f"stretched in time by {factor:.4g}, as slowing down only where torque is short {why}: {excess}"
     )
