@@ -335,7 +335,9 @@ def test_runs_that_mean_other_things_by_their_numbers_are_not_averaged(what: str
 
 def test_several_set_ups_say_that_no_half_was_predicted_from_the_other() -> None:
     first, second = ringing(1, 60.0, ("a", "b"), GAINS[:, :2]), ringing(2, 60.0, ("a", "c"), GAINS[:, [0, 2]])
-    assert any("no half" in remark for remark in of_records([first, second], Averaging(0.25)).remarks)
+    source = of_records([first, second], Averaging(0.25))
+    assert any("no half" in remark for remark in source.remarks)
+    assert [len(runs) for runs in source.set_ups] == [1, 1]
 
 
 @pytest.mark.parametrize("value", [95.0, -0.5])

@@ -57,8 +57,8 @@ def watched(*_: Any, **__: Any) -> Watched:
 SIMULATED = {"sim_jobs": none_of, "run_sim_jobs": none_of, "build_page": nothing}
 SINGLE_LEG = SimpleNamespace(goal=np.zeros(1))
 IDENTIFIED = {
-    "read_sources": these(responses=SimpleNamespace(outputs=()), estimator="H1"), "identify": none_of,
-    "judge_halves": none_of, "build_page": nothing, "with_halves": nothing,
+    "read_sources": these(responses=SimpleNamespace(outputs=()), estimator="H1", set_ups=()),
+    "identify": none_of, "judge_halves": none_of, "build_page": nothing, "with_halves": nothing,
 }  # fmt: skip
 # the command line of every report, and what stands for what, by the name in the command's module
 REPORTS: list[tuple[str, dict[str, Any]]] = [

@@ -49,6 +49,7 @@ from flexarm_bringup.identify.output_only import output_only_page
 from flexarm_bringup.identify.page import build_page
 from flexarm_bringup.identify.retuning import moves_beside
 from flexarm_bringup.identify.run import Request, identify
+from flexarm_bringup.identify.runs_apart import compare_runs, run_tables
 from flexarm_bringup.identify.sources import Source, of_records, read_records, read_sources
 from flexarm_bringup.identify.updated_page import Updated, with_update
 from flexarm_bringup.identify.updating import read_unknowns
@@ -86,6 +87,7 @@ def run(args: argparse.Namespace) -> int:
             band, args.coherence, args.manipulator or "", args.preset, args.motors == "locked",
             known_outputs(source.responses.outputs, ignored, among), tuple(args.pose),
         )  # fmt: skip
+        items += run_tables(compare_runs(source, request, averaging, progress.say))
         result = identify(source, request, progress.say)
         progress.done()
         others = [read_pose(text, args.kind, averaging, request) for text in args.also]

@@ -119,6 +119,7 @@ class Records:
         band_hz: Where the inputs have power [Hz]; None when nobody knows.
         remarks: What the reader should know of it.
         is_centred: Outputs are told without their mean.
+        file: Name of the file or bag that they come from; empty where there is none.
     """
 
     rate_hz: float
@@ -132,6 +133,7 @@ class Records:
     band_hz: tuple[float, float] | None = None
     remarks: tuple[str, ...] = ()
     is_centred: bool = False
+    file: str = ""
 
 
 def checked(path: Path, responses: Responses) -> Responses:

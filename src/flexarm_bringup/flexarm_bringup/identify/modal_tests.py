@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from flexarm_bringup.excite.bag import read_test
@@ -62,5 +63,12 @@ def _over_dds(args: argparse.Namespace, test: RigTest, say: Callable[[str], None
 def _of_bags(files: list[Path]) -> tuple[MeasuredTest, ...]:
     """Return what was excited in bags; nothing unless all files are such bags."""
     found = [read_test(path) if (path / "metadata.yaml").is_file() else None for path in files]
-    tests = tuple(tested for tested in found if tested is not None)
+    tests = tuple(
+        _named(path, tested) for path, tested in zip(files, found, strict=True) if tested is not None
+    )
     return tests if len(tests) == len(files) else ()
+
+
+def _named(path: Path, tested: MeasuredTest) -> MeasuredTest:
+    """Return a test whose records say from which bag they come."""
+    return replace(tested, records=tuple(replace(run, file=path.name) for run in tested.records))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -48,8 +48,9 @@ class Source:
         estimator: Which made the responses from records; empty when the file had responses already.
         lobe_lines: Width of the main lobe of the window behind which blocks were cut [lines]; 0 without one.
         remarks: What the reader should know of it.
-        records: What the responses were made of, where there were records.
+        records: What the responses were made of, where there were records of one set-up.
         rate_hz: Samples per second of the records; 0 without any, or where they differ [Hz].
+        set_ups: The runs of every set-up, channels in one order; empty where there were responses.
     """
 
     responses: Responses
@@ -59,6 +60,7 @@ class Source:
     remarks: tuple[str, ...] = ()
     records: tuple[Records, ...] = ()
     rate_hz: float = 0.0
+    set_ups: tuple[tuple[Records, ...], ...] = ()
 
 
 def read_sources(
@@ -109,6 +111,14 @@ def read_records(paths: Sequence[Path], kind: str, arm: ManipulatorConfig | None
 
 def _read(path: Path, kind: str, arm: ManipulatorConfig | None) -> list[Responses | Records]:
     """Return what a file or the folder of a bag holds: responses, or one or more runs."""
+    return [
+        replace(part, file=path.name) if isinstance(part, Records) else part
+        for part in _parts(path, kind, arm)
+    ]
+
+
+def _parts(path: Path, kind: str, arm: ManipulatorConfig | None) -> list[Responses | Records]:
+    """Return the same as its reader gives it."""
     if not path.exists():
         raise SourceError(f"{path}: no such file")
     if path.is_dir():
@@ -158,6 +168,7 @@ def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
         max(source.lobe_lines for source in sources),
         told,
         rate_hz=sources[0].rate_hz if len({source.rate_hz for source in sources}) == 1 else 0.0,
+        set_ups=tuple(runs for source in sources for runs in source.set_ups),
     )
 
 
@@ -199,7 +210,10 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
         *fed_back,
         *dict.fromkeys(remark for run in records for remark in run.remarks),
     )
-    return Source(responses, None if few else draw, estimator, lobe, told, tuple(records), first.rate_hz)
+    return Source(
+        responses, None if few else draw, estimator, lobe, told, tuple(records), first.rate_hz,
+        (tuple(records),),
+    )  # fmt: skip
 
 
 def _responses(measured: MeasuredFrf, like: Records) -> Responses:
