@@ -14,8 +14,10 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 
 from flexarm_bringup import cli
 from flexarm_bringup.bags.bag_reader import Record, check_bag, decode
+from flexarm_bringup.bags.bag_recovery import recover_bag
 from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError
+from flexarm_bringup.bags.packed_message import zstd
 
 JOINTS = "/flexarm/joint_states"
 KIND = "sensor_msgs/msg/JointState"
@@ -96,6 +98,31 @@ def test_compressed_bags_that_are_damaged_are_refused_with_one_line(
         with pytest.raises(BagError) as caught:
             check_bag(tmp_path / "bag")
         assert len(str(caught.value).splitlines()) == 1
+
+
+def test_messages_that_were_compressed_one_by_one_are_recovered_as_they_were(tmp_path: Path) -> None:
+    """All of a sound bag were said to be undecodable."""
+    data = write_compressed(tmp_path / "bag", StoragePlugin.MCAP, CompressionMode.MESSAGE)
+    found = recover_bag(tmp_path / "bag", tmp_path / "new")
+    assert (list(found.bag.records), found.doubts) == (records(200), ())
+    assert list(check_bag(tmp_path / "new").records) == records(200)
+    (tmp_path / "bag" / "metadata.yaml").unlink()
+    content = data.read_bytes()
+    at = content.index(ZSTD) + len(ZSTD)
+    data.write_bytes(content[:at] + bytes(255 - byte for byte in content[at : at + 4]) + content[at + 4 :])
+    found = recover_bag(tmp_path / "bag", tmp_path / "rest")
+    assert list(found.bag.records) == records(200)[1:]
+    assert found.doubts[0].startswith("messages left out that cannot be decoded: 1,")
+
+
+def test_what_to_do_with_a_file_that_is_compressed_as_a_whole_is_said(tmp_path: Path) -> None:
+    """There was no MCAP file, it said."""
+    data = write_compressed(tmp_path / "bag", StoragePlugin.MCAP, CompressionMode.FILE)
+    with pytest.raises(BagError, match=r"compressed as whole files: bag.mcap.zstd; unpack each with zstd -d"):
+        recover_bag(tmp_path / "bag", tmp_path / "new")
+    data.with_suffix("").write_bytes(zstd.decompress(data.read_bytes()))
+    found = recover_bag(tmp_path / "bag", tmp_path / "new")
+    assert (list(found.bag.records), found.doubts) == (records(200), ())
 
 
 def test_data_that_are_not_compressed_as_the_metadata_say_are_refused(tmp_path: Path) -> None:

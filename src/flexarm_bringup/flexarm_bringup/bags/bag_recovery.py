@@ -22,6 +22,7 @@ from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, ORIGIN_FILE, BagError
 from flexarm_bringup.bags.mcap_stream import McapStream
 
 METADATA, INFORMATION = "metadata.yaml", "rosbag2_bagfile_information"
+PACKED = ".zstd"  # what --compression-mode file appends to the names of data files
 
 
 @dataclass(frozen=True)
@@ -45,33 +46,45 @@ def recover_bag(path: Path, folder: Path) -> Recovery:
         folder: To create.
 
     Raises:
-        BagError: There is no such file, nothing in it is whole, or ``folder`` exists or
-            lies in the broken bag.
+        BagError: There is no such file, or it is compressed; nothing in it is whole; or ``folder`` exists
+            or lies in the broken bag.
     """
     if not path.is_dir():
         raise BagError(
             f"{path}: " + ("is a file; expected the folder of a bag" if path.exists() else "no such folder")
         )
-    files = sorted(path.glob("*.mcap"))
-    if len(files) != 1:
-        other = "; SQLite is not recovered here, ros2 bag reindex does" if any(path.glob("*.db3")) else ""
-        raise BagError(f"{path}: has {len(files)} MCAP files, one expected{other}")
+    file = _data_file(path)
     refuse_inside(folder, path)
-    data, found = files[0].read_bytes(), McapStream(files[0])
+    data, found = file.read_bytes(), McapStream(file)
     found.read(data)
     sound, undecoded = _decodable(found.records)
     doubts = (
         *found.doubts,
         *undecoded,
-        *_doubts_of_file(files[0], data),
+        *_doubts_of_file(file, data),
         *_doubts_of_count(path, len(sound)),
     )
     if not sound:
-        raise BagError("; ".join((f"{files[0]}: holds no whole message of a known type", *doubts)))
+        raise BagError("; ".join((f"{file}: holds no whole message of a known type", *doubts)))
     records = tuple(sorted(sound, key=lambda record: record.log_time_ns))
     counts = Counter(record.name for record in records)
     topics = tuple(found.topics.values())
     return Recovery(copy_bag(Bag(path, records, counts, _origin(path), topics), folder, records), doubts)
+
+
+def _data_file(path: Path) -> Path:
+    """Return the one MCAP file of a bag."""
+    files = sorted(path.glob("*.mcap"))
+    packed = [file for file in sorted(path.glob(f"*.mcap{PACKED}")) if file.with_suffix("") not in files]
+    if packed:
+        raise BagError(
+            f"{path}: compressed as whole files: {', '.join(file.name for file in packed)}; unpack each with "
+            "zstd -d, and recover one MCAP file at a time"
+        )
+    if len(files) != 1:
+        other = "; SQLite is not recovered here, ros2 bag reindex does" if any(path.glob("*.db3")) else ""
+        raise BagError(f"{path}: has {len(files)} MCAP files, one expected{other}")
+    return files[0]
 
 
 def _decodable(records: Sequence[Record]) -> tuple[list[Record], tuple[str, ...]]:

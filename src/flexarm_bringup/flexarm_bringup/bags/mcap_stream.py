@@ -34,6 +34,7 @@ from flexarm_bringup.bags.mcap_records import (
     text,
     texts,
 )
+from flexarm_bringup.bags.packed_message import unpacked
 from flexarm_bringup.topics import find_stream
 
 NAMING = (SCHEMA, CHANNEL)  # records that say what topics are called
@@ -53,7 +54,7 @@ class McapStream:
         types: Message types by number.
         channels: Topics of known types by number; None: its type is not known.
         topics: Topics of known types by name.
-        records: Messages, as they follow one another.
+        records: Messages, as they follow one another, none of them compressed.
         doubts: Sentences about what is left out.
         astray: How many messages belong to no topic or time.
     """
@@ -134,7 +135,7 @@ class McapStream:
             return
         topic = self.channels[number]
         if topic is not None:
-            cdr = bytes(content[_MESSAGE.size :])
+            cdr = unpacked(bytes(content[_MESSAGE.size :]))
             self.records.append(Record(topic.name, topic.type, log_time_ns, cdr))
 
     def _on_chunk(self, piece: Piece) -> None:
