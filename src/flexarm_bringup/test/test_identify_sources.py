@@ -22,6 +22,8 @@ from flexarm_bringup.identify import bag_source, output_only
 from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.bag_source import listen, read_bag
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError, checked
+from flexarm_bringup.identify.page import _doubts
+from flexarm_bringup.identify.run import Request, identify
 from flexarm_bringup.identify.set_ups import check_scale
 from flexarm_bringup.identify.sources import of_records, read_sources
 from flexarm_bringup.topics import STREAMS
@@ -380,3 +382,17 @@ def test_a_channel_that_is_left_out_is_told_with_why(
     assert found.remarks[0] == "encoder.position is left out: it was silent for 0.205 s"
     assert any("tip_accelerometer" in line and "no number" in line for line in found.remarks)
     assert found.remarks[0] in of_records([found], Averaging()).remarks
+
+
+def test_a_record_of_moves_in_which_no_mode_stands_out_names_the_modal_test() -> None:
+    """The drift watch had proposed to identify such a bag, and the page did not say why it held no mode."""
+    record = ringing(1, 5.0, ("a", "b"), GAINS[:, :2])
+    noise = np.random.default_rng(2).standard_normal((2, record.inputs["torque"].size))
+    moved = replace(record, outputs=dict(zip("ab", noise, strict=True)))
+    source = of_records([moved], Averaging(resolution_hz=2.0))
+    result = identify(source, Request(None, 0.6))
+    repeated = replace(result, source=replace(source, set_ups=((replace(moved, repeats=100),),)))
+    for found, is_told in ((result, True), (repeated, False)):
+        said = " ".join(_doubts(found))
+        assert "no mode stands out" in said
+        assert ("flexarm identify rig --nodes join" in said) is is_told

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 import pytest
 
 from flexarm_bringup import cli
 from flexarm_bringup.arguments import number, refuse_idle
+from flexarm_bringup.identify.idle_options import refuse_idle_options
+from flexarm_bringup.identify.options import add_arguments
+from flexarm_estimator.drift.proposal import REFRESH
 
 
 @pytest.mark.parametrize(
@@ -81,3 +85,13 @@ def test_what_is_as_by_default_is_not_refused() -> None:
     refuse_idle(argparse.Namespace(least_share=0.6, name=[]), add_arguments, options, "why")
     with pytest.raises(ValueError, match="^--least-share, --name: why$"):
         refuse_idle(argparse.Namespace(least_share=0.0, name=["a"]), add_arguments, options, "why")
+
+
+def test_what_the_drift_watch_proposes_can_be_followed() -> None:
+    """It named an update from the bag of moves, in which no mode was identified."""
+    words = REFRESH.partition(": flexarm identify ")[2].replace("NAME", "single_link")
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    args = parser.parse_args(words.replace("[--preset PRESET]", "--preset geared").split())
+    refuse_idle_options(args)
+    assert (args.files, args.nodes) == ([Path("rig")], "join")

@@ -297,4 +297,4 @@ def test_an_alarm_that_stands_while_nothing_is_known_any_more_proposes_without_n
         alarms.look([moved if t < 100 else parked], float(t))
     assert list(alarms.told) == ["mode_1"]
     assert "0.81" in proposal([moved], alarms.is_damping_alone)
-    assert proposal([parked], alarms.is_damping_alone).startswith("refresh the description: flexarm identify")
+    assert proposal([parked], alarms.is_damping_alone).startswith("refresh the description by a modal test")

@@ -26,6 +26,11 @@ MOST_LEFT = 20.0  # of the responses, beyond which the modes are not what was me
 KNOWN = 0.1  # sigma of a damping over it, up to which it is known
 NOTHING = Check("modes that stand out of the noise in this band", "one at least", "none", False)
 PERHAPS = "of a faster mode?"  # a pole that a mode above half the rate explains best
+UNEXCITED = (
+    "nobody excited the arm on purpose, and smooth moves hardly reach its modes: do a modal test, flexarm "
+    "identify rig --nodes join --manipulator NAME, while no controller is active, or look with --output-only "
+    "for what rings by itself"
+)
 SHADOW = "of no mode?"  # a pole that no linear arm has
 
 
@@ -220,9 +225,15 @@ def _doubts(result: Result) -> list[str]:
     if masked:
         lines.append(f"{masked} of {result.weight.size} lines of all outputs were left out for low coherence")
     if result.found.fit is None:
-        lines += ["no mode stands out of the noise in this band", *filter(None, [result.in_vain])]
+        why = result.in_vain or (UNEXCITED if _is_of_moves(result) else "")
+        lines += ["no mode stands out of the noise in this band", *filter(None, [why])]
     if result.frf.f_hz.size > MANY_LINES:
         lines.append(
             f"{result.frf.f_hz.size} lines are many: narrow modes may be missed, try a --band about them"
         )
     return lines
+
+
+def _is_of_moves(result: Result) -> bool:
+    """Tell whether a record is of an arm that nobody excited: of its commands, which do not repeat."""
+    return any(run.is_held and not run.repeats for runs in result.source.set_ups for run in runs)

@@ -3,6 +3,9 @@
 All modes stiffer or softer by the same is the arm: modulus, temperature, or mass of a part. Modes that
 changed apart point to one place: a payload, a loose bolt. That is said only of modes that are read within the
 reach of the method, and some moves after the last of them was told. While a sensor is doubted none of it is.
+
+A description is refreshed by a modal test: the smooth moves that the watch listens to leave too few lines
+coherent for one.
 """
 
 from __future__ import annotations
@@ -16,7 +19,10 @@ from flexarm_estimator.drift.judgement import CERTAIN, ModeNow
 ALIKE = 3.0  # sigmas within which changes of modes are the same
 ALL_ALIKE = "as if all stiffness"
 TOO_EARLY = "too early to tell whether all changed alike"
-REFRESH = "refresh the description: flexarm identify BAG --manipulator NAME --update --retune"
+MODAL_TEST = "flexarm identify rig --nodes join --manipulator NAME [--preset PRESET]"  # of the rig that runs
+REFRESH = (
+    f"refresh the description by a modal test, while no controller is active: {MODAL_TEST} --update --retune"
+)
 
 
 def proposal(modes: Sequence[ModeNow], is_damping_alone: bool = False, is_early: bool = False) -> str:
