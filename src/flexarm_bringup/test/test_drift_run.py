@@ -258,8 +258,8 @@ def test_a_change_of_frequency_is_told_only_where_it_is_known(
 def test_a_bag_without_motion_is_not_reported_as_free_of_alarms(monkeypatch: pytest.MonkeyPatch) -> None:
     from flexarm_bringup.drift_run import bag
 
-    watch = SimpleNamespace(alarms={}, modes=(), proposal="", said_of_sensors="")
-    deaf = SimpleNamespace(topics=(), watch=watch, fault="", on_model=lambda msg: None)
+    watch = SimpleNamespace(alarms={}, modes=(), proposal="")
+    deaf = SimpleNamespace(topics=(), watch=watch, fault="", said_of_sensors="", on_model=lambda msg: None)
     monkeypatch.setattr(bag, "DriftExchange", lambda *_: deaf)
     config = load_config(find_manipulator("single_link"), "geared")
     with pytest.raises(ValueError, match="no joint_states after its model"):

@@ -5,7 +5,8 @@ A node beside the estimator, so that it costs that nothing; nobody waits for it.
 Publishes
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz, one status per watched mode ("drift: mode_1"):
         running frequency [Hz] and damping [1] with one sigma; a warning with a proposal when it has drifted;
-        a warning ("drift: watch") that names sensors it goes on without, or why it cannot watch.
+        a warning ("drift: watch") that names sensors it goes on without, topics whose stamps leave periods
+        out, or why it cannot watch.
     ~/ready (std_msgs/Bool, latched): true once it has a model.
 Subscribes
     model (flexarm_interfaces/ReducedModel, latched), joint_states (sensor_msgs/JointState: encoders),
@@ -87,12 +88,13 @@ class DriftNode(ManagedNode):
         """Tell the modes; log what is new."""
         watch = self.exchange.watch
         stamp_ns = self.get_clock().now().nanoseconds
-        self._outlet.publish(drift_to_msg(watch, self.exchange.fault, stamp_ns))
+        amiss = "; ".join(filter(None, (self.exchange.fault, self.exchange.said_of_stamps)))
+        self._outlet.publish(drift_to_msg(watch, amiss, stamp_ns))
         alarms: dict[str, Any] = {} if watch is None else dict(watch.alarms)
         for name in sorted(set(alarms) - self._told):
             self.get_logger().warning(f"{alarms[name]}: {watch.proposal if watch else ''}")
         self._told = set(alarms)
-        self._log_sensors("" if watch is None else watch.said_of_sensors)
+        self._log_sensors(self.exchange.said_of_sensors)
 
     def _log_sensors(self, said: str) -> None:
         """Log which sensors are left out or doubted when that has changed and lasts."""

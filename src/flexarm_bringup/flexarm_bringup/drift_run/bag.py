@@ -89,11 +89,11 @@ def watch_messages(
         stamp_ns = stamp_to_ns(msg.header.stamp)
         start_ns = stamp_ns if start_ns is None else start_ns
         now = (stamp_ns - start_ns) * 1e-9
-        notes.note(now, exchange.watch)
+        notes.note(now, exchange.watch, exchange.said_of_sensors)
     if exchange.watch is None:
         raise ValueError(exchange.fault)
     if not notes.t:
-        raise ValueError(_nothing_watched(start_ns, now, exchange.watch.said_of_sensors))
+        raise ValueError(_nothing_watched(start_ns, now, exchange.said_of_sensors))
     return notes.watched(exchange.watch)
 
 
@@ -129,12 +129,12 @@ class _Notes:
         self._sensors: list[tuple[float, str]] = []
         self._told: set[str] = set()
 
-    def note(self, now: float, watch: DriftWatch) -> None:
-        """Take what is new at a time [s]."""
+    def note(self, now: float, watch: DriftWatch, said: str) -> None:
+        """Take what is new at a time [s]; ``said`` of the sensors."""
         self._alarms += [(now, text) for mode, text in watch.alarms.items() if mode not in self._told]
         self._told = set(watch.alarms)
-        if watch.said_of_sensors != (self._sensors[-1][1] if self._sensors else ""):
-            self._sensors.append((now, watch.said_of_sensors))
+        if said != (self._sensors[-1][1] if self._sensors else ""):
+            self._sensors.append((now, said))
         if watch.modes and (not self.t or now - self.t[-1] >= EVERY):
             self.t.append(now)
             self._modes.append(watch.modes)
