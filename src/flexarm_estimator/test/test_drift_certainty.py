@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 
 from flexarm_estimator.drift.conversions import drift_from_msg, drift_to_msg
 from flexarm_estimator.drift.judgement import Alarms, ModeNow
+from flexarm_estimator.drift.proposal import denial, suspicion
 from flexarm_estimator.drift.settings import DriftConfig
 
 
@@ -40,3 +42,17 @@ def test_a_change_of_many_sigmas_is_an_alarm_however_large_they_are() -> None:
     alarms.look([unsure], 11.1)
     assert not unsure.is_certain
     assert "(-20.0 %)" in alarms.told["mode_1"]
+
+
+@pytest.mark.parametrize(("zeta", "is_undamped"), [(-0.004, True), (-0.0001, True), (0.002, False)])
+def test_a_mode_that_reads_without_damping_puts_the_sensors_in_doubt(zeta: float, is_undamped: bool) -> None:
+    """A gauge that says 0.85 times the strain read so, and the description was to be refreshed."""
+    read, alarms = replace(mode(0.0, 0.005), zeta=zeta), Alarms(DriftConfig(damping_change=0.5))
+    alarms.look([read], 10.0)
+    alarms.look([read], 11.1)
+    assert alarms.told and alarms.undamped == (("mode_1",) if is_undamped else ())
+
+
+def test_the_proposal_of_a_mode_without_damping_is_to_look_at_the_sensors() -> None:
+    said = suspicion({}, ("mode_1",))
+    assert "not the arm" in said and denial(("mode_1",)) in said and not denial(())

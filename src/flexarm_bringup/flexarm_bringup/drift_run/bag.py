@@ -1,23 +1,31 @@
-"""The drift watch on a bag: every sensor message goes to the watch in the order of the bag."""
+"""The drift watch on a bag: every sensor message goes to the watch in the order of the bag.
+
+A fault of a sensor reads as a change of the arm. Where the bag holds no word of an estimator on its sensors,
+one with the settings of the bag hears them beside the watch.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from flexarm_bringup.bags.bag_reader import Bag, Record, decode
 from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.consistency.recording import NoController
 from flexarm_bringup.drift_run.simulation import EVERY, Watched
+from flexarm_bringup.replaying.player import Player
 from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.tasks.task import find_task, load_task
+from flexarm_bringup.tick_check import TICK
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.drift.drift_watch import DriftWatch
 from flexarm_estimator.drift.exchange import STATE_TOPIC, STATES, DriftExchange
 from flexarm_estimator.drift.judgement import ModeNow
 from flexarm_estimator.drift.settings import DriftConfig
-from flexarm_estimator.exchange import INTERVENTIONS_TOPIC
+from flexarm_estimator.exchange import INTERVENTIONS_TOPIC, EstimatorExchange
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.conversions import NS_PER_S, stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -25,6 +33,9 @@ from flexarm_model.settings.overrides import apply_overrides
 from flexarm_model.settings.strict_yaml import ConfigError
 
 TIME = "joint_states"
+STATES_NAME = f"{NAMESPACE}/{STATE_TOPIC}"
+JUDGED_ANEW = f"the bag holds no {STATE_TOPIC}: an estimator beside the watch judged the sensors"
+UNJUDGED = f"the bag holds no {STATE_TOPIC}: no fault of a sensor is known; one reads as a change of the arm"
 LONG_ENOUGH = 2.0  # s; the watch settles for one, and looks
 
 
@@ -55,11 +66,13 @@ def watch_bag(bag: Bag, watched_by: DriftConfig) -> Watched:
     estimator = apply_overrides(EstimatorConfig, settings.get("estimator", {}))
     topics = ("model", INTERVENTIONS_TOPIC, STATE_TOPIC, *DriftExchange(config, estimator).topics)
     wanted = {f"{NAMESPACE}/{topic}" for topic in topics}
-    records = (record for record in bag.records if record.name in wanted)
+    judge = None if bag.counts.get(STATES_NAME) else _Judge(bag, config, estimator)
+    records = _messages((record for record in bag.records if record.name in wanted), judge)
     try:
-        return watch_messages(_messages(records), config, estimator, watched_by)
+        watched = watch_messages(records, config, estimator, watched_by)
     except ValueError as error:
         raise BagError(f"{bag.path}: {error}") from error
+    return watched if judge is None else replace(watched, judged=judge.remark)
 
 
 def watch_messages(
@@ -97,12 +110,40 @@ def watch_messages(
     return notes.watched(exchange.watch)
 
 
-def _messages(records: Iterable[Record]) -> Iterator[tuple[str, Any]]:
+class _Judge:
+    """An estimator that hears a bag.
+
+    Attributes:
+        remark: Who judged the sensors.
+    """
+
+    def __init__(self, bag: Bag, config: ManipulatorConfig, settings: EstimatorConfig) -> None:
+        lockstep = bag.counts.get(TICK, 0) > 0
+        player = Player(
+            EstimatorExchange(config, settings, 0 if lockstep else None), NoController(), lockstep
+        )
+        self._states = ((r, out.msg) for r, out in player.play(bag.records) if out.topic == STATE_TOPIC)
+        self._next = next(self._states, None)
+        self.remark = UNJUDGED if self._next is None else JUDGED_ANEW
+
+    def until(self, log_time_ns: int) -> Iterator[Any]:
+        """Yield what it told before a time of the bag [ns]."""
+        while self._next is not None and self._next[0].log_time_ns < log_time_ns:
+            yield self._next[1]
+            self._next = next(self._states, None)
+
+
+def _messages(records: Iterable[Record], judge: _Judge | None) -> Iterator[tuple[str, Any]]:
     """Yield topic and message, of the states of the estimator only as many as the live watch reads."""
     next_ns = 0
     for record in records:
-        if record.name == f"{NAMESPACE}/{STATE_TOPIC}":
-            if record.log_time_ns < next_ns:
+        is_due = record.log_time_ns >= next_ns
+        for state in judge.until(record.log_time_ns) if judge is not None else ():
+            if is_due:
+                is_due, next_ns = False, record.log_time_ns + round(STATES * NS_PER_S)
+                yield STATES_NAME, state
+        if record.name == STATES_NAME:
+            if not is_due:
                 continue
             next_ns = record.log_time_ns + round(STATES * NS_PER_S)
         yield record.name, decode(record)

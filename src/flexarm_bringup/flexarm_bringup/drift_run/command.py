@@ -128,8 +128,9 @@ def build_page(title: str, watched: Watched, settings: DriftConfig, checks: list
         draw_watched(plot, watched, settings.frequency_change)
         figure = to_figure(plot, "Running frequencies with three sigma; dashed: what is told, lines: alarms")
     remarks: dict[str, Sequence[str]] = {"Alarms": _alarms(watched, settings)}
-    if watched.sensors:
-        remarks["Sensors"] = [f"{t:.1f} s: {said or 'all are used again'}" for t, said in watched.sensors]
+    said_of_sensors = [f"{t:.1f} s: {said or 'all are used again'}" for t, said in watched.sensors]
+    if watched.judged or said_of_sensors:
+        remarks["Sensors"] = [watched.judged, *said_of_sensors] if watched.judged else said_of_sensors
     if watched.proposal:
         remarks["Proposal"] = [watched.proposal]
     lead = f"{float(np.ptp(watched.t)) if watched.t.size else 0.0:.0f} s watched."

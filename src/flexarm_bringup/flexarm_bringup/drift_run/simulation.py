@@ -70,6 +70,7 @@ class Watched:
         told: The modes of the alarms as they read when they were told.
         sensors: When it was told which sensors are left out or doubted [s], with the sentence; an empty one
             when none is any more.
+        judged: By whom the sensors were judged, where no estimator did when they spoke.
     """
 
     t: Array
@@ -79,6 +80,7 @@ class Watched:
     proposal: str
     told: tuple[ModeNow, ...] = ()
     sensors: tuple[tuple[float, str], ...] = ()
+    judged: str = ""
 
 
 class _Listening(Hardware):

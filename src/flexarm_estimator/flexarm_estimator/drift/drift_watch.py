@@ -17,7 +17,7 @@ from flexarm_estimator.drift.healthy import HealthyModes
 from flexarm_estimator.drift.judgement import Alarms, ModeNow, modes_now
 from flexarm_estimator.drift.mode_drift import ModeDrift
 from flexarm_estimator.drift.opinion import Opinion
-from flexarm_estimator.drift.proposal import proposal, suspicion
+from flexarm_estimator.drift.proposal import denial, proposal, suspicion
 from flexarm_estimator.drift.running_point import RunningPoint, running_model
 from flexarm_estimator.drift.sensitivity import watched_filter
 from flexarm_estimator.drift.sensors_in_use import SensorsInUse
@@ -90,7 +90,7 @@ class DriftWatch:
     @property
     def said_of_sensors(self) -> str:
         """Which it goes on without and which are in doubt, with reasons; empty when none is."""
-        return self._in_use.said
+        return "; ".join(filter(None, (self._in_use.said, denial(self._alarms.undamped))))
 
     @property
     def alarms(self) -> Mapping[str, str]:
@@ -102,8 +102,8 @@ class DriftWatch:
         """What to do about it; empty when no mode has drifted."""
         if not self._alarms.told:
             return ""
-        if self._in_use.doubted:
-            return suspicion(self._in_use.doubted)
+        if self._in_use.doubted or self._alarms.undamped:
+            return suspicion(self._in_use.doubted, self._alarms.undamped)
         is_early = 0.0 <= self._looked - self._alarms.newest < self._config.memory
         return proposal(self._healthy.judged(self.modes), self._alarms.is_damping_alone, is_early)
 

@@ -141,10 +141,17 @@ def modes_now(model: ReducedModel, modes: Sequence[int], deltas: Deltas, at: Arr
 
 @dataclass(frozen=True)
 class Changed:
-    """What of a mode has changed by so much that it is told."""
+    """What of a mode has changed by so much that it is told.
+
+    Attributes:
+        frequency: It has.
+        damping: It has.
+        is_undamped: The damping has, and within one sigma none is left.
+    """
 
     frequency: bool
     damping: bool
+    is_undamped: bool = False
 
 
 class Alarms:
@@ -168,6 +175,11 @@ class Alarms:
         """Whether modes are told, and none of them for its frequency."""
         return bool(self.told) and not any(self._by[name].frequency for name in self.told)
 
+    @property
+    def undamped(self) -> tuple[str, ...]:
+        """Modes that are told to have no damping above one sigma: every arm damps, so a sensor is false."""
+        return tuple(name for name in self.told if self._by[name].is_undamped)
+
     def look(self, modes: Sequence[ModeNow], t: float) -> None:
         """Look at the modes at a time [s]; ``told`` then has a sentence for every one that has drifted."""
         for mode in modes:
@@ -189,8 +201,9 @@ class Alarms:
         sigma = float(np.hypot(mode.zeta_sigma, expected.zeta_sigma))
         by_frequency = abs(mode.drift) >= max(drift, sigmas * mode.drift_sigma)
         by_damping = abs(mode.zeta - expected.zeta) >= max(damping, sigmas * sigma)
+        damping_changed = by_damping and mode.is_damping_known and mode.is_settled
         return Changed(
-            by_frequency and mode.is_known, by_damping and mode.is_damping_known and mode.is_settled
+            by_frequency and mode.is_known, damping_changed, damping_changed and mode.zeta <= mode.zeta_sigma
         )
 
     def _is_back(self, mode: ModeNow) -> bool:

@@ -2,7 +2,8 @@
 
 All modes stiffer or softer by the same is the arm: modulus, temperature, or mass of a part. Modes that
 changed apart point to one place: a payload, a loose bolt. That is said only of modes that are read within the
-reach of the method, and some moves after the last of them was told. While a sensor is doubted none of it is.
+reach of the method, and some moves after the last of them was told. While a sensor is doubted none of it is,
+nor of a mode without damping: no arm has one, a gauge that says too little makes one.
 
 A description is refreshed by a modal test: the smooth moves that the watch listens to leave too few lines
 coherent for one.
@@ -50,14 +51,22 @@ def proposal(modes: Sequence[ModeNow], is_damping_alone: bool = False, is_early:
     return f"{ALL_ALIKE} were {factor:.3f} times (or all mass {1 / factor:.3f} times) that; {REFRESH}"
 
 
-def suspicion(doubted: Mapping[str, str]) -> str:
+def suspicion(doubted: Mapping[str, str], undamped: Sequence[str] = ()) -> str:
     """Return what to do while it is not clear whether arm or sensor has changed.
 
     Args:
         doubted: What speaks against sensors, by name.
+        undamped: Modes that read as if nothing damped them.
     """
-    said = "; ".join(f"{name}: {why}" for name, why in sorted(doubted.items()))
-    return f"a sensor may be what changed, not the arm: look first at {said}"
+    said = [f"{name}: {why}" for name, why in sorted(doubted.items())]
+    said += [f"scale, sign and delay of all sensors: {denial(undamped)}"] if undamped else []
+    return f"a sensor may be what changed, not the arm: look first at {'; '.join(said)}"
+
+
+def denial(undamped: Sequence[str]) -> str:
+    """Return what modes say that no arm does; empty without such modes."""
+    names = ", ".join(sorted(undamped)).replace("_", " ")
+    return f"in doubt: {names} cannot be without damping" if undamped else ""
 
 
 def _are_apart(modes: Sequence[ModeNow]) -> bool:
