@@ -8,7 +8,8 @@ a served model does on a fast move: then all of them contradict every past that 
 those that locate the axes agree with the state in use, which was widened on the way. None is excluded; the
 state must not be used while one that locates the axes contradicts both. A sensor that is excluded is compared
 on, without being fused, and readmitted when it has agreed with the others for ``distrust``; the gate may be
-wide for the sake of a served model, which is no measure of that.
+wide for the sake of a served model, which is no measure of that. A sensor of a wrong factor agrees whenever
+the arm rests: who is excluded again soon has to agree for twice as long each time.
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ _PAUSE = 0.05  # s between two searches that came to nothing
 _CURRENT = 0.15  # s for which their outcome holds
 _HOPELESS = 3  # doubts in a row by who locates the axes: widening the state does not help
 _ENOUGH = 3  # samples that agree, at least
-_SOON = 2.0  # s: who is excluded again so soon is on probation for twice as long
-_LONGEST = 0.6  # s; at most for so long
+_SOON = 30.0  # s in which an arm at work moves again, and shows a fault again
+_LONGEST = 3.2  # s; at most for so long: longer than an arm at work rests between moves
 
 
 class _Excluded:

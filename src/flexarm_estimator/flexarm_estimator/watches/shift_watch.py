@@ -2,8 +2,9 @@
 
 A bias, a wrong unit, a plug in the wrong socket. The gate holds such samples back until three in a row agree;
 here the sensor is at fault. Its innovation, from the state at the sample's own stamp, is followed on without
-being fused: the sensor is sound again when the mean over ``_BLOCK`` is less than half the shift. Channels of
-different units are compared in sigmas.
+being fused: the sensor is sound again when the mean over ``_BLOCK`` is less than half the shift. Who shifts
+again soon is followed for twice as long each time: one of a wrong factor seems sound at every rest, and while
+it is believed another is accused. Channels of different units are compared in sigmas.
 """
 
 from __future__ import annotations
@@ -23,12 +24,14 @@ from flexarm_estimator.watches.watch import Finding, View, Watch
 Array = NDArray[np.float64]
 _BLOCK = 0.2  # s over which innovations are averaged
 _ENOUGH = 3  # samples in a block, at least
+_SOON = 30.0  # s in which an arm at work moves again, and shows a fault again
+_LONGEST = 3.2  # s, the longest block: longer than an arm at work rests between moves
 _LEFT = 0.5  # of the shift
 
 
 @dataclass
 class _Case:
-    """A shift (m,) that was found, and the block of innovations since ``start`` [s]: sum (m,) and count.
+    """A shift (m,) that was found, and a block [s] of innovations since ``start`` [s]: sum (m,) and count.
 
     Both in sigmas of the channels.
     """
@@ -36,6 +39,7 @@ class _Case:
     shift: Array
     start: float
     total: Array
+    block: float
     count: int = 0
 
 
@@ -45,6 +49,7 @@ class ShiftWatch(Watch):
     def __init__(self) -> None:
         """Begin without any suspicion."""
         self._cases: dict[str, _Case] = {}
+        self._over: dict[str, tuple[float, float]] = {}  # when a shift was over [s], and the block that told
 
     def use(self, parts: Parts) -> None:
         """See Watch."""
@@ -59,7 +64,9 @@ class ShiftWatch(Watch):
             if verdict.reason == SHIFT:
                 nu = verdict.innovation
                 in_sigmas = nu / self._sigma(verdict.sensor)
-                self._cases[verdict.sensor] = _Case(in_sigmas, verdict.t, np.zeros_like(nu))
+                self._cases[verdict.sensor] = _Case(
+                    in_sigmas, verdict.t, np.zeros_like(nu), self._block(verdict.sensor, verdict.t)
+                )
                 largest = abs(nu[abs(in_sigmas).argmax()])
                 reason = f"has shifted by {largest:.3g} at {verdict.t:.3f} s"
                 findings.append(Finding(verdict.sensor, reason, True, verdict.since))
@@ -71,18 +78,24 @@ class ShiftWatch(Watch):
 
     def restart(self, t: float) -> None:
         """See Watch."""
-        self._cases = {}
+        self._cases, self._over = {}, {}
+
+    def _block(self, sensor: str, t: float) -> float:
+        """Return over how long a sensor has to agree that has shifted at a time [s]."""
+        ended, block = self._over.get(sensor, (-np.inf, 0.0))
+        return min(2.0 * block, _LONGEST) if t - ended < _SOON else _BLOCK
 
     def _follow(self, sample: Measurement, view: View) -> list[Finding]:
         case = self._cases[sample.sensor]
         case.total += compare_at_stamp(sample, view.instants).nu / self._sigma(sample.sensor)
         case.count += 1
-        if sample.t - case.start < _BLOCK or case.count < _ENOUGH:
+        if sample.t - case.start < case.block or case.count < _ENOUGH:
             return []
         is_over = abs(case.total).max() < _LEFT * case.count * abs(case.shift).max()
         case.start, case.count, case.total = sample.t, 0, np.zeros_like(case.shift)
         if not is_over:
             return []
+        self._over[sample.sensor] = sample.t, case.block
         del self._cases[sample.sensor]
         return [Finding(sample.sensor, "", True)]
 
