@@ -22,6 +22,7 @@ from flexarm_model.fe_import.imported_superelement import _modes
 from flexarm_model.fe_import.interfaces import Constraint, constrain, make_interface
 from flexarm_model.fe_import.sparse_modes import lowest_modes
 from flexarm_model.manipulator.imported_body import ImportedReduction, NodeSet
+from flexarm_model.numeric.rotation import skew
 
 Array = NDArray[np.float64]
 STEP, E, G, RHO = 0.05, 210e9, 81e9, 7850.0  # m, Pa, Pa, kg/m^3
@@ -93,6 +94,22 @@ def test_modes_that_arpack_cannot_span_are_found_densely() -> None:
         np.testing.assert_allclose(modes.T @ M @ modes, np.eye(count), atol=1e-6)
     with pytest.raises(ValueError, match="28 modes asked for, 27 have mass"):
         lowest_modes(model.M, model.K, 28, shift)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])  # unit of length, which moves the rounding about
+@pytest.mark.parametrize("n", [2, 4, 8])
+def test_a_small_body_is_looked_at_though_few_of_its_displacements_have_mass(n: int, size: float) -> None:
+    """More Lanczos vectors than have mass are noise: of four elements five modes were rigid, or none."""
+    solid = strip(n, turning=False)
+    tool = np.hstack([np.eye(3), -skew(np.array([0.0212345678, 0.0123456789, 0.0345678912]))])
+    M, K = solid.M.toarray(), solid.K.toarray()
+    M[-6:, -6:] += 0.3 * tool.T @ tool  # a mass with a lever, which turns with the strip
+    exact = np.sqrt(1.0 / eigh(M, K + 1e4 * M, eigvals_only=True)[::-1][6:8] - 1e4) / (2 * np.pi)
+    S = np.tile(np.repeat([1.0 / size, 1.0], 3), n + 1)
+    M, K = (sparse.csr_array(S[:, None] * matrix * S) for matrix in (M, K))
+    found = check_model(FeModel("solid", solid.x * size, M, K, None))
+    assert found.problems == [] and found.n_rigid == 6
+    assert found.elastic_hz[:2] == pytest.approx(exact, rel=1e-6)
 
 
 @pytest.mark.parametrize("reduction", [{"modes": 30}, {"f_max": 40e3}])

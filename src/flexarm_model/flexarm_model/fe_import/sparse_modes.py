@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -92,6 +93,11 @@ def lowest_modes(
     start = np.random.default_rng(START_SEED).standard_normal(n)
     inverse = LinearOperator((n, n), matvec=solve, dtype=float)
     size = min(n, count + max(count // 5, 20))  # the default, twice the count, is slower
+    if n <= MOST_DENSE and size >= np.count_nonzero(M.diagonal()):
+        with suppress(
+            LinAlgError
+        ):  # Lanczos vectors beyond those that have mass are noise, and spoil the rest
+            return _dense(M, K, count, shift)
     try:
         value, vector = eigsh(K, count, M=M, sigma=shift, OPinv=inverse, v0=start, ncv=size)
     except ArpackError:  # nearly as many asked for as have mass
@@ -101,18 +107,27 @@ def lowest_modes(
 
 
 def _dense_modes(M: Any, K: Any, count: int, shift: float) -> tuple[Array, Array]:
-    """Return the modes nearest above a shift as ``lowest_modes`` does, by ``M phi = mu (K - shift M) phi``.
+    """Return the modes nearest above a shift as ``lowest_modes`` does.
 
     Raises:
         ValueError: Too large, not definite, or not so many have mass.
     """
-    n = K.shape[0]
-    if n > MOST_DENSE:
+    if K.shape[0] > MOST_DENSE:
         raise ValueError(f"{count} modes asked for are nearly as many as have mass; ask for fewer")
     try:
-        mu, vector = eigh(M.toarray(), (K - shift * M).toarray())
+        return _dense(M, K, count, shift)
     except LinAlgError:
         raise ValueError(f"the stiffness is not definite above {shift:g} rad^2/s^2") from None
+
+
+def _dense(M: Any, K: Any, count: int, shift: float) -> tuple[Array, Array]:
+    """Return the modes nearest above a shift, by ``M phi = mu (K - shift M) phi``.
+
+    Raises:
+        ValueError: Not so many have mass.
+        LinAlgError: ``K - shift M`` is not definite.
+    """
+    mu, vector = eigh(M.toarray(), (K - shift * M).toarray())
     moving = int((mu > 1e-12 * mu[-1]).sum())
     if count > moving:
         raise ValueError(f"{count} modes asked for, {moving} have mass")
