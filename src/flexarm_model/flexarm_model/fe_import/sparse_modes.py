@@ -94,9 +94,8 @@ def lowest_modes(
     inverse = LinearOperator((n, n), matvec=solve, dtype=float)
     size = min(n, count + max(count // 5, 20))  # the default, twice the count, is slower
     if n <= MOST_DENSE and size >= np.count_nonzero(M.diagonal()):
-        with suppress(
-            LinAlgError
-        ):  # Lanczos vectors beyond those that have mass are noise, and spoil the rest
+        # Lanczos vectors beyond those that have mass are noise, and spoil the rest
+        with suppress(LinAlgError):
             return _dense(M, K, count, shift)
     try:
         value, vector = eigsh(K, count, M=M, sigma=shift, OPinv=inverse, v0=start, ncv=size)
