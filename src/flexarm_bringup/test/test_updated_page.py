@@ -100,7 +100,7 @@ def test_a_description_that_was_written_stays_where_no_settings_are_found_for_it
 def test_the_page_is_published_before_the_reason_and_the_exit_code_is_2(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    source = SimpleNamespace(responses=SimpleNamespace(outputs=()), estimator="H1")
+    source = SimpleNamespace(responses=SimpleNamespace(outputs=()), estimator="H1", set_ups=())
     stubs = {
         "read_sources": source, "identify": None, "judge_halves": None, "build_page": MODES,
         "with_halves": MODES, "with_update": Updated(MODES, None, UNTOLD),
