@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -81,17 +80,18 @@ def _retimed(asked: _Asked, excess: Excess) -> tuple[Reference, str]:
     As a whole it is slowed down so far that the same share of the torque is left for feedback.
     """
     slowed, stretched = _tried(retime, asked), _tried(stretch, asked)
-    if isinstance(stretched, MotionError):
-        if isinstance(slowed, MotionError):
+    if isinstance(slowed, MotionError):
+        if isinstance(stretched, MotionError):
             raise slowed
-        whole, factor = slowed[0], math.inf
+        why, (whole, factor) = "does not suffice", stretched
     else:
-        whole, factor = stretched
-    why = "does not suffice"
-    if not isinstance(slowed, MotionError):
-        why, whole, factor = "takes longer", slow_down(whole, WITH_RESERVE), factor * WITH_RESERVE
+        kept = slowed[0], f"slowed down where torque is short, ends {slowed[1]:.3f} s later: {excess}"
+        if isinstance(stretched, MotionError):
+            return kept
+        why, factor = "takes longer", stretched[1] * WITH_RESERVE
+        whole = slow_down(stretched[0], WITH_RESERVE)
         if slowed[0].t[-1] - whole.t[0] <= MUCH * (whole.t[-1] - whole.t[0]):
-            return slowed[0], f"slowed down where torque is short, ends {slowed[1]:.3f} s later: {excess}"
+            return kept
     return whole, (
         f"stretched in time by {factor:.4g}, as slowing down only where torque is short {why}: {excess}"
     )

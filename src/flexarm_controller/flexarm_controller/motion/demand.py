@@ -113,9 +113,8 @@ class WayDemand:
         rest = self.standing(theta) + self.way.viscous(theta, theta_dot) + self.way.turning(theta, theta_dot)
         spare = self.most - np.copysign(1.0, push) * rest
         growth = float((spare / np.maximum(abs(push), NONE * self.most)).min())
-        return min(
-            growth, float((self.most / np.maximum(abs(rest), NONE * self.most)).min())
-        )  # against the push products of velocities count
+        against = float((self.most / np.maximum(abs(rest), NONE * self.most)).min())  # of velocities alone
+        return min(growth, against)
 
     def speed(self, motion: Reference) -> float:
         """Return the largest share x <= 1 of the speed of a motion at which no row has more than its most."""

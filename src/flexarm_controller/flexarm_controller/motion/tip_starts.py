@@ -51,9 +51,8 @@ class Starts:
             theta: Axes that are best left alone, (n_theta,).
         """
         away = ((self._tips[:, :3, 3] - pose[:3, 3]) ** 2).sum(axis=1)
-        turn = 3.0 - np.einsum(
-            "kij,ij->k", self._tips[:, :3, :3], pose[:3, :3]
-        )  # 2 - 2 cos, its square if small
+        alike = np.einsum("kij,ij->k", self._tips[:, :3, :3], pose[:3, :3])
+        turn = 3.0 - alike  # 2 - 2 cos of the angle, its square if small
         best = self._theta[np.argsort(away + length**2 * turn)[:MOST]]
         return best[np.argsort(np.linalg.norm((best - theta) / self._size, axis=1))]
 

@@ -18,9 +18,7 @@ from flexarm_controller.motion.pose_load import PoseLoad
 from flexarm_model.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
-SPACING = (
-    2.0  # rad, of all axes together, from pose to pose; of serial_6r's weight 0.1 % of the torque limits
-)
+SPACING = 2.0  # rad, of all axes together, from pose to pose
 PIECE = 0.25  # rad, likewise, of what one cubic in time stands for
 LOOKED = 8  # instants per interval by which its length is taken
 

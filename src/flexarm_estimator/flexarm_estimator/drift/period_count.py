@@ -16,9 +16,8 @@ from __future__ import annotations
 
 from flexarm_model.conversions import NS_PER_S
 
-FOLLOWING = (
-    5.0  # s; scatter of a fifth of a period moves the tracked stamp by 1 % of one, 20 ppm by 2 % at 200 Hz
-)
+# s; scatter of a fifth of a period moves the tracked stamp by 1 % of one, 20 ppm by 2 % at 200 Hz
+FOLLOWING = 5.0
 ASTRAY = 0.7  # periods from the leader's: half of one is the border, and a fifth of one may be scatter
 LONGEST_GAP = 0.1  # s; after a longer one, or a step back, stamps may have another phase: it begins anew
 THIN = 0.1  # share of periods without a stamp that is told: a rate that is off by 5 % leaves out half of that
