@@ -24,7 +24,6 @@ from typing import Any
 import numpy as np
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
@@ -37,6 +36,7 @@ from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.ros.declared_node import declare_configs, load_arm
+from flexarm_model.ros.logger_node import FastLogging
 from flexarm_model.ros.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
@@ -79,7 +79,7 @@ class CommanderSettings(ArmSettings):
     patience: float = parameter(60.0, "Longest wait without any progress.", "s", 1.0, 3600.0)
 
 
-class Commander(Node):
+class Commander(FastLogging):
     """Steps: wait for partners, send, wait for the answer, arm, wait for the end."""
 
     SETTINGS = (CommanderSettings,)

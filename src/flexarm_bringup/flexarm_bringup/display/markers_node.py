@@ -29,7 +29,6 @@ from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -46,6 +45,7 @@ from flexarm_bringup.model_view.mechanism_lines import MechanismLines
 from flexarm_bringup.monitor.model_book import ModelBook
 from flexarm_model.conversions import model_from_msg, stamp_to_ns
 from flexarm_model.ros.declared_node import declare_configs, load_arm
+from flexarm_model.ros.logger_node import FastLogging
 from flexarm_model.ros.node import (
     LATCHED_QOS,
     MODELS_QOS,
@@ -75,7 +75,7 @@ class MarkersSettings(ArmSettings):
     stations: int = parameter(10, "Segments of every beam in the URDF.", "1", 1, 100)
 
 
-class MarkersNode(Node):  # type: ignore[misc]
+class MarkersNode(FastLogging):
     """Shows the newest estimate."""
 
     SETTINGS = (MarkersSettings,)

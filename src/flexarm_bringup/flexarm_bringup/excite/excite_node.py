@@ -29,7 +29,6 @@ import numpy as np
 from flexarm_interfaces.msg import GuardStatus, JointCommand, ReducedModel, StrainArray
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
@@ -48,6 +47,7 @@ from flexarm_model.conversions import floats, stamp_to_ns
 from flexarm_model.manipulator.cameras import CAMERA
 from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
+from flexarm_model.ros.logger_node import FastLogging
 from flexarm_model.ros.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, SENSOR_QOS, run_node
 from flexarm_model.served.pending_models import PendingModels
 from flexarm_model.settings.parameters import ParameterError
@@ -59,7 +59,7 @@ ACKNOWLEDGED = 2.0  # s for the recorder to take the last words
 COMMANDS = "joint_commands"
 
 
-class ExciteNode(Node):  # type: ignore[misc]
+class ExciteNode(FastLogging):
     """Steps: wait for partners, arm, test, stop."""
 
     SETTINGS = (ExciteSettings,)

@@ -1,8 +1,9 @@
 """A logger for nodes that keep time: the same lines as rclpy's, without its search for where they come from.
 
-For every line rclpy looks through all loaded modules, and reads the file that the line is of: 14 ms for the
-first one, 0.6 ms for each that follows, also for those that are throttled. That is seven periods of 500 Hz,
-just when something happens that is worth a line. The interpreter knows the place without a search.
+For every line rclpy looks through all loaded modules, and reads the file that the line is of: for the first
+one some 0.1 ms per module, which is longer than the guard bears silence where a node has loaded the libraries
+of a controller, then 0.6 ms for each that follows, also for those that are throttled. And that just when
+something happens that is worth a line. The interpreter knows the place without a search.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.node import Node
 
 _CALLER = 2  # frames above ``log``: the caller of ``info``, ``warning``, ...
 _THROTTLE = "throttle_duration_sec"
@@ -51,3 +53,15 @@ class NodeLogger(RcutilsLogger):  # type: ignore[misc]
             return True
         self._logged[place] = now
         return False
+
+
+class FastLogging(Node):  # type: ignore[misc]
+    """A node, or what a node is also derived from, whose lines are not searched for."""
+
+    _fast_logger: NodeLogger | None = None  # rclpy asks for it before the derived class has begun
+
+    def get_logger(self) -> NodeLogger:
+        """Return the logger of this node, a fast one."""
+        if self._fast_logger is None:
+            self._fast_logger = NodeLogger(super().get_logger().name)
+        return self._fast_logger

@@ -26,7 +26,7 @@ from std_msgs.msg import Bool
 from flexarm_model.process.punctual import ordinary_priority
 from flexarm_model.process.single_instance import claim_name
 from flexarm_model.ros.asked_transitions import refuse_unknown_transitions
-from flexarm_model.ros.logger_node import NodeLogger
+from flexarm_model.ros.logger_node import FastLogging
 from flexarm_model.ros.node import LATCHED_QOS, ReadyFlag
 from flexarm_model.ros.tidy_node import TidyNode
 from flexarm_model.settings.parameters import parameter
@@ -51,7 +51,7 @@ class LifeSettings:
     )
 
 
-class ManagedNode(TidyNode):
+class ManagedNode(FastLogging, TidyNode):
     """Base of flexarm's nodes; a node class calls ``start`` at the end of its constructor.
 
     Attributes:
@@ -62,7 +62,6 @@ class ManagedNode(TidyNode):
     """
 
     polled: tuple[Any, ...] = ()
-    _fast_logger: NodeLogger | None = None  # rclpy asks for it before this class has begun
 
     def __init__(self, name: str) -> None:
         """Be there, unconfigured, in the namespace of flexarm.
@@ -89,12 +88,6 @@ class ManagedNode(TidyNode):
     def has_publisher(self, topic: str) -> bool:
         """Return whether somebody speaks on a topic."""
         return bool(self.count_publishers(self.resolve_topic_name(topic)))
-
-    def get_logger(self) -> NodeLogger:
-        """Return the logger of this node, a fast one."""
-        if self._fast_logger is None:
-            self._fast_logger = NodeLogger(super().get_logger().name)
-        return self._fast_logger
 
     def start(self, settings: LifeSettings) -> None:
         """Configure and activate if that is wanted.

@@ -1,9 +1,8 @@
 """What every node shares: its life, its parameters, its quality of service, its readiness.
 
-A node file reads ``def main() -> int: return run_node(EstimatorNode)``. The executor is the
-events executor where rclpy has it (65-80 us per callback however many entities there are). Its
-``spin`` never returns on a signal and rclpy's own handlers may hang at shutdown, hence the loop of
-``spin_once`` and the handlers here.
+A node file reads ``def main() -> int: return run_node(EstimatorNode)``. The executor is the events executor
+where rclpy has it (65-80 us per callback however many entities there are). Its ``spin`` never returns on a
+signal and rclpy's own handlers may hang at shutdown, hence the loop of ``spin_once`` and the handlers here.
 """
 
 from __future__ import annotations
@@ -42,6 +41,7 @@ from flexarm_model.process.security import (
 from flexarm_model.process.single_instance import NameTakenError, claim_name
 from flexarm_model.process.start_watch import StartWatch
 from flexarm_model.ros.alarm import Alarm
+from flexarm_model.ros.logger_node import FastLogging
 from flexarm_model.ros.parameter_file import parameter_sources, refuse_stray
 from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -72,7 +72,7 @@ _CONFIGURATION_ERRORS = (
 )
 
 
-def run_node(factory: Callable[[], Node]) -> int:
+def run_node(factory: Callable[[], FastLogging]) -> int:
     """Run a node until SIGINT or SIGTERM and take it down in order.
 
     A node may have a method ``stop``, called before anything is destroyed (safe state, open files);
@@ -80,7 +80,7 @@ def run_node(factory: Callable[[], Node]) -> int:
     message; ``is_finished``, true when it ends by itself; and ``exit_code``.
 
     Args:
-        factory: Makes the node; may raise ParameterError or ConfigError.
+        factory: Makes the node, whose lines must not stop it; may raise ParameterError or ConfigError.
 
     Returns:
         Exit code: 0, or the node's own; with one line on stderr 2 when the configuration is wrong, and 3
@@ -93,7 +93,7 @@ def run_node(factory: Callable[[], Node]) -> int:
         watch.end()
 
 
-def _run(factory: Callable[[], Node], watch: StartWatch) -> int:
+def _run(factory: Callable[[], FastLogging], watch: StartWatch) -> int:
     announce_on_stderr()
     give_back_large_buffers()
     for number in STOPPING:
