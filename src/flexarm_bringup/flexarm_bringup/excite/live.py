@@ -23,6 +23,7 @@ from flexarm_bringup.identify.measurement import SourceError
 from flexarm_estimator.messages.inbox import TORQUE_TOPIC
 from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_model.conversions import NS_PER_S, stamp_to_ns
+from flexarm_model.process.punctual import be_ordinary
 
 Array = NDArray[np.float64]
 TAIL = 20  # periods after a stretch in which late samples may come
@@ -63,7 +64,7 @@ class LiveTest:
         self._reader, self._channels = SensorReader(arm.config), channels(arm.config)
         self._first = {channel.spec.name: i for i, channel in reversed([*enumerate(self._channels)])}
         self._steps = modal_test(arm, plan, ignore, say)
-        self._pool = None if is_lockstep else ThreadPoolExecutor(1)
+        self._pool = None if is_lockstep else ThreadPoolExecutor(1, initializer=be_ordinary)
         self._thought: Future[Array | MeasuredTest] | None = None
         self._starts: list[int] = []
         self._start_ns: int | None = None

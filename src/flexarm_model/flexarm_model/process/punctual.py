@@ -62,6 +62,14 @@ def _of_all_threads(change: Callable[[int], None]) -> bool:
     return True
 
 
+def be_ordinary() -> None:
+    """Let the calling thread run as any other from now on.
+
+    What a thread beside the loop thinks about would keep the loop from its core for the 0.1 s of a turn.
+    """
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
 @contextmanager
 def ordinary_priority() -> Iterator[None]:
     """Let the calling thread run as any other meanwhile: what takes long must not hold up who is urgent.
@@ -73,7 +81,7 @@ def ordinary_priority() -> Iterator[None]:
         yield
         return
     before = set(os.listdir(_THREADS))
-    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    be_ordinary()
     try:
         yield
     finally:
