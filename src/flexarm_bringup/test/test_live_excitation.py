@@ -76,7 +76,7 @@ def test_what_is_added_belongs_to_the_instant_and_not_to_the_message(arm: HeldAr
 
 
 def test_who_thinks_does_not_keep_who_holds_the_arm_from_the_core(arm: HeldArm, plan: Plan) -> None:
-    """Threads of one real-time priority take turns of 100 ms: the verdict on the sensors stopped every test."""
+    """Threads of one priority take turns of 100 ms: the verdict on the sensors stopped every test."""
     try:
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))  # of this thread; those it begins inherit it
     except PermissionError:
