@@ -11,8 +11,8 @@ import os
 from collections.abc import Iterable
 from typing import Any
 
-# SCHED_RR by the clock: the guard comes first
-PRIORITIES = {"guard": 70, "rig": 60, "estimator": 50, "controller": 50}
+# SCHED_RR by the clock: of each pair first who is waited for, while the other has work that nobody waits for
+PRIORITIES = {"guard": 70, "rig": 60, "controller": 55, "estimator": 50}
 REALTIME_PRIORITY = max(PRIORITIES.values())  # that a user must be allowed
 BESIDE_THE_DRIVES = ("guard", "rig")
 
