@@ -151,7 +151,7 @@ def test_stops_at_random_instants_of_fast_moves_are_latched_and_brake(tmp_path: 
         heard = ear.heard
     stopped = [stamp_to_ns(m.header.stamp) for m in first_of_each_stop(heard["guard_status"])]
     assert len(stopped) == STOPS
-    assert max(map(braked_after(heard), stopped)) <= T + 0.010
+    assert max(map(braked_after(heard), stopped)) <= T + 0.010 + 1e-9  # stamps are whole periods
 
 
 def first_of_each_stop(told: list[Any]) -> list[Any]:

@@ -32,7 +32,7 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.parameters import ParameterError
 
 PERIOD_NS = 5_000_000
-TRIES = 4  # a loaded machine may fall silent by itself
+TRIES = 8  # a loaded machine may fall silent by itself
 # what stops the arm when the machine gives guard, drives or who excites no time
 SILENT = (
     "no command for", "guard did not run", "drives silent", "clock of the drives jumped", "drives let go",
