@@ -28,13 +28,13 @@ RIG = textwrap.dedent("""
     from flexarm_bringup.message_class import message_class
     from flexarm_bringup.topics import streams
     from flexarm_model.conversions import ns_to_stamp
-    from flexarm_model.ros.node import LATCHED_QOS, RELIABLE_QOS
+    from flexarm_model.ros.node import LATCHED_QOS, PERIODIC_QOS
     rclpy.init()
     node = rclpy.create_node("rig", namespace="flexarm")
     publishers, kinds = {}, {}
     for stream in streams(["tip_accelerometer"]):
         kinds[stream.topic] = message_class(stream.type)
-        qos = LATCHED_QOS if stream.is_latched else RELIABLE_QOS
+        qos = LATCHED_QOS if stream.is_latched else PERIODIC_QOS
         publishers[stream.topic] = node.create_publisher(kinds[stream.topic], stream.topic, qos)
     flag = node.create_publisher(Bool, "rig/ready", LATCHED_QOS)
     flag.publish(Bool(data=True))
@@ -64,7 +64,7 @@ RIG = textwrap.dedent("""
 """)
 
 
-BEST_EFFORT_RIG = RIG.replace("RELIABLE_QOS", "SENSOR_QOS")
+BEST_EFFORT_RIG = RIG.replace("PERIODIC_QOS", "SENSOR_QOS")
 
 
 def record(
