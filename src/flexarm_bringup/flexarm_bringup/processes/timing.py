@@ -2,9 +2,8 @@
 
 In a period the drives speak, the guard answers them, and estimator and controller work for the next command.
 Guard and rig take turns, and so do estimator and controller. So each pair has one half of the cores: nobody
-drives the other pair off its core in the middle of its work, and caches stay warm (docs/realtime.md). Where
-estimator and controller would have one core between them, the estimator runs wherever there is room: a core
-that real-time threads keep for a second is given to the others for 50 ms, and the guard stops the arm.
+drives the other pair off its core in the middle of its work, caches stay warm, and the core of the guard has
+room: one that real-time threads fill is given to the others for 50 ms at once (docs/realtime.md).
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from typing import Any
 PRIORITIES = {"guard": 70, "rig": 60, "controller": 55, "estimator": 50}
 REALTIME_PRIORITY = max(PRIORITIES.values())  # that a user must be allowed
 BESIDE_THE_DRIVES = ("guard", "rig")
-LEAST_URGENT = min(PRIORITIES, key=lambda name: PRIORITIES[name])
 
 
 def timing(name: str, available: Iterable[int] | None = None) -> dict[str, Any]:
@@ -30,5 +28,4 @@ def timing(name: str, available: Iterable[int] | None = None) -> dict[str, Any]:
     cores = sorted(os.sched_getaffinity(0) if available is None else available)
     half = len(cores) // 2
     own = cores[:half] if name in BESIDE_THE_DRIVES else cores[half:]
-    is_anywhere = not half or (name == LEAST_URGENT and len(own) == 1)
-    return {"realtime_priority": PRIORITIES[name], **({} if is_anywhere else {"cores": own})}
+    return {"realtime_priority": PRIORITIES[name], **({"cores": own} if half else {})}
