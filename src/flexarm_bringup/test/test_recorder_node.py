@@ -51,7 +51,7 @@ RIG = textwrap.dedent("""
     needed = [*sent, "modal_state", *sys.argv[1:]]
     wait(lambda: True in ready and all(publishers[t].get_subscription_count() for t in needed))
     wait(question.service_is_ready)
-    time.sleep(1.0)  # its subscriptions may know of us later than we of them: the first message was lost then
+    time.sleep(1.0)  # its subscriptions may know of us later than we of them
     for k in range(50):
         for topic in [*sent, "modal_state", "tick"]:
             msg = kinds[topic]()
