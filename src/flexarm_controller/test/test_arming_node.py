@@ -1,5 +1,6 @@
 """The arming check between messages: what it withholds, and when it says so."""
 
+import os
 from types import SimpleNamespace
 
 import pytest
@@ -15,6 +16,7 @@ from flexarm_controller.margins.arming import ELSEWHERE  # noqa: E402
 from flexarm_controller.margins.arming_node import ArmingCheck  # noqa: E402
 from flexarm_controller.margins.gate import Gate  # noqa: E402
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig  # noqa: E402
+from flexarm_model.process import punctual  # noqa: E402
 from flexarm_model.reading.config import load_config  # noqa: E402
 from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
 
@@ -115,3 +117,20 @@ def test_a_filter_that_cannot_be_read_does_not_stop_an_armed_arm(monkeypatch):
     exchange.is_armed = False
     check.look()
     assert exchange.withheld.startswith("margins: ") and node.said[1:] == [("~/margins", exchange.withheld)]
+
+
+def test_an_urgent_process_judges_as_any_other(monkeypatch):
+    """The controller of a 3RRR kept the estimator, on the same core, from telling any state for 0.7 s."""
+    asked = []
+
+    def look(*_):
+        asked.append("judged")
+        raise ValueError("seen enough")
+
+    monkeypatch.setattr(punctual.os, "sched_getscheduler", lambda thread: os.SCHED_RR)
+    monkeypatch.setattr(punctual.os, "sched_getparam", lambda thread: os.sched_param(55))
+    monkeypatch.setattr(punctual.os, "sched_setscheduler", lambda _, policy, priority: asked.append(policy))
+    monkeypatch.setattr(Gate, "look", look)
+    check = begun(Listener(), SimpleNamespace(controller=None, is_armed=False, is_live=True, answer=None))
+    check._arming._gate.judge(KEPT, None)
+    assert asked[:3] == [os.SCHED_OTHER, "judged", os.SCHED_RR]

@@ -259,6 +259,14 @@ def test_what_is_ahead_of_a_late_node_waits_for_its_period():
     assert (gauge.accepted, gauge.rejected) == (10, 0)
 
 
+def test_what_waits_from_before_the_clock_was_set_back_is_refused_by_name():
+    """It would have been fused when its time came again, of an arm that is elsewhere by then."""
+    made = exchange(epoch_ns=None)
+    made.keep_time(lambda: EPOCH_NS + 60 * 10**9)
+    feed_late(made, range(10), ahead_ns=50 * 10**9)
+    assert made.refusals()["root_strain"] == {"stamp is in the future": 10}
+
+
 def test_what_is_ahead_of_the_clock_is_refused_by_name():
     made = exchange(epoch_ns=None)
     made.keep_time(lambda: EPOCH_NS + 11 * PERIOD_NS)

@@ -27,6 +27,7 @@ from flexarm_controller.program.delay import in_whole_periods, torques_kept
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.bodies.model_order import with_more_modes
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.process.punctual import ordinary_priority
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.steady_filter import SteadyFilter
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -92,6 +93,7 @@ class Gate:
         gain = find_law_gain(law, model, self._inputs.limits.effort, delay)
         return {error: close_loop(plant, filter_, gain, delay) for error, plant in plants.items()}
 
+    @ordinary_priority()  # it takes seconds, in which an estimator on the same core would tell no state
     def judge(self, model: ReducedModel, filter_: SteadyFilter) -> str:
         """Return why the arm must not move with this filter and law, naming the mode; empty when it may."""
         try:

@@ -1,7 +1,8 @@
 """Messages that wait for the next step: read all at once, and what cannot be used is told by name.
 
 A node that is late finds the messages of several periods at once, topic by topic: what a sensor said after
-the period of the step waits for its own. Its stamp is in the future only when the clock says so.
+the period of the step waits for its own. Its stamp is in the future when the clock says so, or when it is of
+before the clock was set back.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 TORQUE_TOPIC = "applied_effort"
 _END_NS = (2**31 - 1) * NS_PER_S  # stamps end a second later; what is told of one is rounded
 _MOST_WAITING = 1000  # messages between two steps; a flood drops the oldest
+_LATEST_NS = NS_PER_S  # that a step may be behind; what is farther ahead is of before the clock was set back
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ class Inbox:
             stamp_ns = stamp_to_ns(msg.header.stamp)
             if (refusal := self.refuse_stamp(topic, stamp_ns)) is not None:
                 mail.refusals.append(refusal)
-            elif stamp_ns > step_ns and self.clock is not None and stamp_ns <= self.clock():
+            elif step_ns < stamp_ns <= step_ns + _LATEST_NS and self.clock and stamp_ns <= self.clock():
                 early.append((topic, msg))
             elif topic == TORQUE_TOPIC:
                 mail.refusals.extend(self._take_torque(msg, stamp_ns))
