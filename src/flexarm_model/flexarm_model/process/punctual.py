@@ -11,10 +11,11 @@ holds, which waits for that core, then hangs its node for ever.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 
 _THREADS = "/proc/self/task"
+_allowed: set[int] = set()  # cores this process might run on before it stayed on some of them
 
 
 def raise_priority(priority: int) -> str:
@@ -33,7 +34,7 @@ def raise_priority(priority: int) -> str:
     return f"realtime_priority {priority} is not permitted; running with ordinary priority"
 
 
-def stay_on(cores: Sequence[int]) -> str:
+def stay_on(cores: Collection[int]) -> str:
     """Let all threads of this process run on these cores alone; on any for none.
 
     Returns:
@@ -45,6 +46,7 @@ def stay_on(cores: Sequence[int]) -> str:
     if not allowed.issuperset(cores):
         there = ", ".join(map(str, sorted(allowed)))
         return f"cores {list(cores)}: this process may run on {there}; it stays on all of them"
+    _allowed.update(allowed)
     if _of_all_threads(lambda thread: os.sched_setaffinity(thread, cores)):
         return ""
     return f"cores {list(cores)} are not permitted; running on any"
@@ -63,29 +65,32 @@ def _of_all_threads(change: Callable[[int], None]) -> bool:
 
 
 def be_ordinary() -> None:
-    """Let the calling thread run as any other from now on.
+    """Let the calling thread run as any other, on any core, from now on.
 
-    What a thread beside the loop thinks about would keep the loop from its core for the 0.1 s of a turn.
+    What a thread beside the loop thinks about would keep the loop from its core for the 0.1 s of a turn, and
+    an ordinary one gets next to nothing of a core that an urgent process fills.
     """
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    if _allowed:
+        os.sched_setaffinity(0, _allowed)
 
 
 @contextmanager
 def ordinary_priority() -> Iterator[None]:
     """Let the calling thread run as any other meanwhile: what takes long must not hold up who is urgent.
 
-    Threads that it begins meanwhile get its own priority in the end.
+    Threads that it begins meanwhile get its own priority and cores in the end.
     """
     policy, priority = os.sched_getscheduler(0), os.sched_getparam(0)
     if policy == os.SCHED_OTHER:
         yield
         return
-    before = set(os.listdir(_THREADS))
+    cores, before = os.sched_getaffinity(0), set(os.listdir(_THREADS))
     be_ordinary()
     try:
         yield
     finally:
-        os.sched_setscheduler(0, policy, priority)
-        for thread in set(os.listdir(_THREADS)) - before:
+        for thread in {"0"} | set(os.listdir(_THREADS)) - before:
             with suppress(ProcessLookupError):  # it has ended meanwhile
+                os.sched_setaffinity(int(thread), cores)
                 os.sched_setscheduler(int(thread), policy, priority)
