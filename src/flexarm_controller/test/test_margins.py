@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import event, given
+from hypothesis import strategies as st
 from kalman_loop import DT, Filter
 from scipy.linalg import eigvals
 from served_arms import limits_of_hub, single_link, two_axes, two_axis_limits
@@ -13,8 +15,10 @@ from flexarm_controller.margins.case import ALL_TORQUES, examine
 from flexarm_controller.margins.delay_margin import MOST, unstable_zeros
 from flexarm_controller.margins.full_plant import PARTS, build_plant
 from flexarm_controller.margins.gain_margin import gain_margin
+from flexarm_controller.margins.group_margin import may_turn
 from flexarm_controller.margins.law_gain import find_law_gain
 from flexarm_controller.margins.loop import close_loop
+from flexarm_controller.margins.paired_roots import PairedRoots
 from flexarm_controller.margins.response import angles_of, decompose
 from flexarm_controller.margins.verdict import shortfalls, verdict
 from flexarm_controller.mpc import Mpc
@@ -177,6 +181,27 @@ def test_turns_about_zero_count_unstable_zeros():
     assert unstable_zeros((z - 1.5) / (z - 0.9)) == 1
     pair = (z - 1.1 * np.exp(1j)) * (z - 1.1 * np.exp(-1j))
     assert unstable_zeros(pair / (z - 0.9) ** 2) == 2
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.floats(-3.0, 1.0))
+def test_the_angles_that_are_looked_at_count_as_all_of_them_do(seed, torques, log_size):
+    """Torques in N m beside such in kN: norms depend on the units, what is counted does not."""
+    rng = np.random.default_rng(seed)
+    values = 0.98 * np.sqrt(rng.uniform(size=4)) * np.exp(1j * rng.uniform(0, np.pi, size=4))
+    angles = angles_of(values)
+    z = np.exp(1j * angles)[:, None, None]
+    units = 10.0 ** rng.uniform(-3.0, 3.0, size=torques)
+    answer = np.zeros((angles.size, torques, torques), dtype=complex)
+    for value in values:
+        parts = rng.normal(size=(2, torques, torques))
+        # a pair of poles with real residues
+        pair = (parts[0] * z + parts[1]) / (z**2 - 2.0 * value.real * z + abs(value) ** 2)
+        answer += 10.0**log_size * (1.0 - abs(value)) * pair * units / units[:, None]
+    looked_at = may_turn(answer)
+    counts = [PairedRoots(part).unstable_zeros(1.0) for part in (answer, answer[looked_at])]
+    assert counts[0] == counts[1]
+    event("some are not looked at" if not looked_at.all() else "all are looked at")
+    event("unstable" if counts[0] else "stable")
 
 
 def test_participation_of_all_states_in_a_mode_makes_one(light_hub):

@@ -16,6 +16,7 @@ from flexarm_controller.margins.delay_margin import MOST, late
 from flexarm_controller.margins.full_plant import PARTS
 from flexarm_controller.margins.gain_margin import GainMargin
 from flexarm_controller.margins.paired_roots import PairedRoots
+from flexarm_model.numeric.balance import balance
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -44,9 +45,33 @@ def group_delay_margin(answer: Complex, of_early: Complex, angles: Array) -> flo
         angles: From 0 to pi [rad], (k,).
     """
     for part in range(1, MOST * PARTS + 1):
-        if PairedRoots(late(answer, of_early, angles, part) - answer).unstable_zeros(1.0):
+        change = late(answer, of_early, angles, part) - answer
+        if PairedRoots(change[may_turn(change)]).unstable_zeros(1.0):
             return (part - 1) / PARTS
     return float(MOST)
+
+
+def may_turn(matrices: Complex) -> NDArray[np.bool_]:
+    """Return at which angles one must look to see how often ``det(1 - matrix)`` turns about zero, (k,).
+
+    Roots of matrices with a norm below one are to the right of zero after all of them are taken from one:
+    over a stretch of those they turn by what their first and last tell, however they got there. That leaves
+    a part of all angles, and finding roots is what the search takes. Norms depend on the units of each
+    torque, roots do not.
+
+    Args:
+        matrices: At every angle, (k, n, n).
+    """
+    sizes = abs(matrices)
+    _, scale = balance(sizes.max(axis=0))
+    sizes *= scale / scale[:, None]
+    norms = [np.linalg.norm(sizes, axis=(1, 2)), *(sizes.sum(axis=axis).max(axis=1) for axis in (1, 2))]
+    far = np.min(norms, axis=0) >= 1.0  # the largest root is at most as far as any norm tells
+    needed = far.copy()
+    needed[1:] |= far[:-1]
+    needed[:-1] |= far[1:]
+    needed[[0, -1]] = True
+    return needed
 
 
 def _first(is_unstable: Callable[[float], bool], sign: float) -> float:
