@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from planned_goals import move_tip
 from served_arms import limits_of_hub, single_link
 
 from flexarm_controller.guard import GuardState
@@ -101,7 +102,7 @@ def test_goals_of_the_tip_keep_the_guards_bound_where_a_gauge_bears_little():
     zero, still = np.zeros(1), np.zeros(3)
     state = ArmState(0.0, arm.model.model_id, zero, still, zero, still, zero)
     server = MotionServer(TipKinematics(tree), limits_of(config), MotionConfig(), DT)
-    answer = server.move_tip(TipGoal(pose), arm, state)
+    answer = move_tip(server, TipGoal(pose), arm, state)
     assert answer.is_accepted, answer.reason
     assert arm.reference.theta[-1, 0] == pytest.approx(2.8, abs=0.01)
     assert stopped_by(guard_limits(config, tree, GuardSettings()), arm.reference) == ""

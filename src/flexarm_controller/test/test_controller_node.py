@@ -10,7 +10,7 @@ import flexarm_controller.controller_node as module
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState
-from flexarm_interfaces.srv import MoveTip
+from flexarm_interfaces.srv import CancelMotion, MoveTip
 from flexarm_model.conversions import model_to_msg, ns_to_stamp
 from flexarm_model.ros.node import LATCHED_QOS, RELIABLE_QOS, TOLD_QOS
 from flexarm_model.served.linearize import linearize
@@ -73,11 +73,30 @@ GOAL = """
 request = MoveTip.Request()
 request.target.position.x, request.target.position.y = 0.64 * np.cos(0.3), 0.64 * np.sin(0.3)
 node._goals._exchange.has_models = lambda: {there}  # this node is alone
+answers = []
 response = node._goals.on_move_tip(request, MoveTip.Response())
-print(response.reason or response.goal_id)
+getattr(response, "go_by", lambda keep: keep(response))(answers.append)
 """
+ANSWERED = """
+while not answers:
+    rclpy.spin_once(node, timeout_sec=0.1)
+print(answers[0].reason or answers[0].goal_id)
+"""
+DROPPED = """
+print(*answers)
+{how}
+print(answers[0].reason)
+node._goals._beside._pool.shutdown()  # what was planned comes to nothing
+node._goals._look()
+print(node.exchange.controller.reference, len(answers))
+"""
+CANCELED = DROPPED.format(
+    how="print(node._goals.on_cancel(CancelMotion.Request(), CancelMotion.Response()).accepted)"
+)
+GONE = DROPPED.format(how="node.deactivate()")
 ENDING = (
     GOAL.format(there=True)
+    + ANSWERED
     + """
 said = []
 node._goals._publish = lambda outgoing: said.extend((out.topic, out.msg) for out in outgoing)
@@ -94,9 +113,19 @@ print(*((topic, msg.goal_id, msg.reason) for topic, msg in said))
         (UNSERVED, False, ["0.3", "0.0"]),
         (AT_ONCE, False, ["1: 3 ab12 2: refused: x"]),
         (TOO_LARGE, False, ["reference refused: 1001 points, at most 1000 while the guard is armed: "]),
-        (GOAL.format(there=True), False, ["4100001"]),
-        (GOAL.format(there=False), False, ["nobody says on model/models that there are models for it"]),
-        (GOAL.format(there=False), True, ["1"]),
+        (GOAL.format(there=True) + ANSWERED, False, ["4100001"]),
+        (
+            GOAL.format(there=False) + ANSWERED,
+            False,
+            ["nobody says on model/models that there are models for it"],
+        ),
+        (GOAL.format(there=False) + ANSWERED, True, ["1"]),
+        (
+            GOAL.format(there=True) + CANCELED,
+            False,
+            ["", "True", "canceled while", "None 1"],
+        ),
+        (GOAL.format(there=True) + GONE, False, ["", "the controller is not", "None 1"]),
     ],
     ids=[
         "end of the controller",
@@ -106,6 +135,8 @@ print(*((topic, msg.goal_id, msg.reason) for topic, msg in said))
         "goals of this life",
         "goal without a model node",
         "goals in lockstep",
+        "a goal that is canceled while it is planned",
+        "end of the controller while a goal is planned",
     ],
 )
 def test_what_the_controller_hears_of_references(code: str, lockstep: bool, said: list[str]) -> None:

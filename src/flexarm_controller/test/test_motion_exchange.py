@@ -103,6 +103,76 @@ def test_a_goal_is_answered_sent_as_a_reference_and_told(config, model):
     assert status.header.stamp == state(model, 30).header.stamp
 
 
+def planned_beside(exchange, goals, model, k, periods, meanwhile=lambda: None):
+    """Ask for a goal whose every plan takes some periods; returns the period of the answer, and that."""
+    thoughts = goals.moving_tip(request_to(0.3))
+    try:
+        plan = next(thoughts)
+        while True:
+            found = plan()
+            meanwhile()
+            for _ in range(periods):
+                k += 1
+                exchange.on_modal_state(state(model, k))
+            plan = thoughts.send(found)
+    except StopIteration as end:
+        return k, end.value
+
+
+def begin_of(outgoing):
+    """Return when the motion of a sent reference leaves where the arm is, in periods [1]."""
+    (sent,) = told(outgoing, "reference")
+    reference = reference_from_msg(sent, ("base.rz",), EPOCH)
+    return reference.t[np.flatnonzero(reference.theta_ddot.any(axis=1))[0]] / PERIOD
+
+
+def test_a_plan_that_took_longer_than_thought_is_made_again_with_more_time(config, model):
+    """A motion begins at least the lead after it is taken; the next plan is given what this one took."""
+    exchange, goals = arm_of(config, model)
+    goals.ahead = 10 * PERIOD
+    k, (response, outgoing) = planned_beside(exchange, goals, model, 0, 12)
+    assert response.accepted and k == 24  # twice
+    assert begin_of(outgoing) - k >= 1 + 0.05 / PERIOD
+    assert goals.ahead == pytest.approx(1.5 * 12 * PERIOD)
+    k, (response, outgoing) = planned_beside(exchange, goals, model, k, 12)
+    assert response.accepted and k == 36  # once
+
+
+def test_a_goal_waits_for_another_reference_that_came_while_it_was_planned(config, model):
+    exchange, goals = arm_of(config, model)
+    goals.ahead = 1.0
+    others = iter([waiting(40)])
+
+    def meanwhile():
+        for msg in others:
+            goals.on_reference(msg)
+
+    k, (response, outgoing) = planned_beside(exchange, goals, model, 0, 2, meanwhile)
+    assert response.accepted and k == 4
+    assert exchange.controller.reference.theta[-1, 0] == pytest.approx(0.3, abs=1e-6)
+
+
+def test_a_goal_is_refused_where_no_plan_is_ever_in_time(config, model):
+    exchange, goals = arm_of(config, model)
+    others = iter(range(41, 50))
+    k, (response, _) = planned_beside(
+        exchange, goals, model, 0, 2, lambda: goals.on_reference(waiting(next(others)))
+    )
+    assert not response.accepted and response.reason.startswith("planned 4 times")
+    assert exchange.controller.reference.theta[-1, 0] != pytest.approx(0.3, abs=1e-6)
+
+
+def test_a_goal_is_refused_when_the_guard_stops_the_arm_while_it_is_planned(config, model):
+    exchange, goals = arm_of(config, model)
+    goals.ahead = 1.0
+    stop = GuardStatus(mode=GuardStatus.STOPPED, reason="a gauge")
+    _, (response, outgoing) = planned_beside(
+        exchange, goals, model, 0, 2, lambda: exchange.on_guard_status(stop)
+    )
+    assert not response.accepted and response.reason
+    assert not told(outgoing, "reference")
+
+
 def test_a_cancelled_goal_sends_the_way_to_rest(config, model):
     exchange, goals = arm_of(config, model)
     goals.on_move_tip(request_to(1.0))

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from planned_goals import move_tip
 
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.motion_server import MotionServer
@@ -64,7 +65,7 @@ class ExactArm:
     def move(self, angle, **goal):
         pose = np.eye(4)
         pose[:3, 3] = REACH * np.cos(angle), REACH * np.sin(angle), 0.0
-        return self.server.move_tip(TipGoal(pose, **goal), self, self.state())
+        return move_tip(self.server, TipGoal(pose, **goal), self, self.state())
 
     def cancel(self, goal_id=0):
         return self.server.cancel(goal_id, self, self.state())
@@ -105,7 +106,7 @@ def test_a_wished_duration_is_kept_or_refused(link):
 def test_a_point_out_of_reach_is_refused_and_told(link, point, reason):
     arm, pose = ExactArm(link), np.eye(4)
     pose[:3, 3] = point
-    answer = arm.server.move_tip(TipGoal(pose), arm, arm.state())
+    answer = move_tip(arm.server, TipGoal(pose), arm, arm.state())
     assert not answer.is_accepted and reason in answer.reason
     told = arm.run(PERIOD)
     assert stages(told) == ["rejected"] and told[0].reason == answer.reason
@@ -115,8 +116,8 @@ def test_a_point_out_of_reach_is_refused_and_told(link, point, reason):
 def test_a_point_beside_the_reach_is_met_within_its_tolerance(link):
     arm, pose = ExactArm(link), np.eye(4)
     pose[:3, 3] = (REACH + 0.003) * np.cos(0.4), (REACH + 0.003) * np.sin(0.4), 0.0
-    assert not arm.server.move_tip(TipGoal(pose), arm, arm.state()).is_accepted
-    answer = arm.server.move_tip(TipGoal(pose, tolerance=0.005), arm, arm.state())
+    assert not move_tip(arm.server, TipGoal(pose), arm, arm.state()).is_accepted
+    answer = move_tip(arm.server, TipGoal(pose, tolerance=0.005), arm, arm.state())
     assert answer.is_accepted and answer.reason == "comes to rest 3 mm from the target"
     assert arm.reference.theta[-1, 0] == pytest.approx(0.4, abs=1e-3)
     assert arm.run(answer.duration + 0.3)[-1].stage == "succeeded"
@@ -131,7 +132,7 @@ def test_a_pose_beside_what_can_be_had_is_told_by_distance_and_angle(link):
     )  # turned by 0.4 rad there, and asked for by 0.38
     c, s = np.cos(0.38), np.sin(0.38)
     pose[:2, :2] = [[c, -s], [s, c]]
-    answer = arm.server.move_tip(TipGoal(pose, True, tolerance=0.01), arm, arm.state())
+    answer = move_tip(arm.server, TipGoal(pose, True, tolerance=0.01), arm, arm.state())
     told = r"comes to rest 2\.\d+ mm from the target, turned away from it by 0\.016\d* rad"
     assert answer.is_accepted and re.fullmatch(told, answer.reason)
 
@@ -223,7 +224,7 @@ def test_a_goal_counts_as_reached_only_after_a_while_inside_the_ball(link):
 def test_without_a_usable_state_nothing_begins(link):
     arm = ExactArm(link)
     state = arm.state(usable=False, reason="no encoder")
-    answer = arm.server.move_tip(TipGoal(np.eye(4)), arm, state)
+    answer = move_tip(arm.server, TipGoal(np.eye(4)), arm, state)
     assert answer.reason == "the state is not usable: no encoder"
     arm.reference = hold(np.zeros(1))
     assert arm.cancel().reason == "nothing moves"

@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger  # noqa: E402
 
 from flexarm_model.ros import patient_answers_node  # noqa: E402
 from flexarm_model.ros.managed_node import LifeSettings, ManagedNode  # noqa: E402
-from flexarm_model.ros.patient_answers_node import reader_of  # noqa: E402
+from flexarm_model.ros.patient_answers_node import LateAnswer, reader_of  # noqa: E402
 from flexarm_model.ros.tidy_node import TidyNode  # noqa: E402
 
 VOLATILE, LASTING = DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL
@@ -89,6 +89,31 @@ def test_an_answer_waits_until_its_reader_is_discovered(asked: Asked) -> None:
     answers._is_there = lambda reader: looks.append(reader) or (len(looks) > 3 and is_there(reader))
     assert asked.call(VOLATILE, lambda future: future.done()).result().success
     assert len(looks) == 4 and not answers._kept and asked.node._retrying.is_canceled()
+
+
+def test_an_answer_that_is_not_known_yet_is_sent_when_it_is(asked: Asked) -> None:
+    late, asks = LateAnswer(), list[Any]()
+    asked.node._until_gone[asked.service]._callback = lambda request, _: asks.append(request) or late
+    future = asked.call(VOLATILE, lambda future: asks)
+    assert asks and not future.done() and not asked.sent
+    client = asked.others.create_client(Trigger, "/asked/ask")
+    assert client.wait_for_service(10.0)
+    future, end = client.call_async(Trigger.Request()), time.monotonic() + 10.0
+    while len(asks) < 2 and time.monotonic() < end:
+        asked.executor.spin_once(timeout_sec=0.05)
+    late.give(Trigger.Response(success=True))
+    while not future.done() and time.monotonic() < end:
+        asked.executor.spin_once(timeout_sec=0.05)
+    assert future.result().success and len(asked.sent) == 1
+
+
+def test_an_answer_that_becomes_known_after_its_service_has_gone_is_not_sent(asked: Asked) -> None:
+    late, asks = LateAnswer(), list[Any]()
+    asked.node._until_gone[asked.service]._callback = lambda request, _: asks.append(request) or late
+    asked.call(VOLATILE, lambda future: asks)
+    asked.node.destroy_service(asked.service)
+    late.give(Trigger.Response(success=True))
+    assert not asked.sent
 
 
 def test_an_answer_that_waits_goes_with_its_service(asked: Asked) -> None:

@@ -71,7 +71,7 @@ def may_turn(matrices: Complex) -> NDArray[np.bool_]:
     needed[1:] |= far[:-1]
     needed[:-1] |= far[1:]
     needed[[0, -1]] = True
-    return needed
+    return np.asarray(needed, dtype=bool)
 
 
 def _first(is_unstable: Callable[[float], bool], sign: float) -> float:

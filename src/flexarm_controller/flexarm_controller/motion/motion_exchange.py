@@ -10,7 +10,6 @@ the law would go on with the model of another pose, or the arm cannot stand wher
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -21,21 +20,22 @@ from flexarm_controller.motion.conversions import (
     cancel_response,
     goal_from_request,
     move_response,
-    own_reference_msg,
     progress_to_msg,
 )
+from flexarm_controller.motion.led_arm import LedArm
 from flexarm_controller.motion.models_awaited import ModelsAwaited
 from flexarm_controller.motion.motion_server import Answer, MotionServer
 from flexarm_controller.motion.progress import Progress
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipKinematics
-from flexarm_controller.reference import Reference
-from flexarm_controller.state import ArmState
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.process.beside import Thoughts, at_once
 from flexarm_model.served.parameter_watch import PARAMETER_STEP, ParameterWatch
-from flexarm_model.served.reduced_model import ReducedModel
+
+TRIES = 4  # to plan a motion in time
+MORE, MOST_AHEAD = 1.5, 2.0  # of the time of the last plan, for the next; s
 
 
 class MotionExchange:
@@ -44,6 +44,7 @@ class MotionExchange:
     Attributes:
         arm: The manipulator.
         has_models: Whether somebody makes the models of motions, and says so.
+        ahead: Time that the next plan is given [s]; none where no state comes while it is made.
     """
 
     def __init__(
@@ -70,6 +71,7 @@ class MotionExchange:
         self._server = MotionServer(tip, limits_of(config), motion, period, goals)
         exchange.loads = self._server.loads
         self._models = ModelsAwaited()
+        self.ahead = 0.0
         self.has_models: Callable[[], bool] = _nobody
 
     def on_reference(self, msg: Any) -> list[Outgoing]:
@@ -94,15 +96,26 @@ class MotionExchange:
 
     def on_move_tip(self, request: Any) -> tuple[Any, list[Outgoing]]:
         """Answer a goal; returns the response and what is to be sent."""
-        arm, why = self._arm(), ""
+        return at_once(self.moving_tip(request))
+
+    def moving_tip(self, request: Any) -> Thoughts[tuple[Any, list[Outgoing]]]:
+        """Do the same while the loop goes on: it may plan again if that took longer than was thought."""
         try:
             goal = goal_from_request(request)
+            for _ in range(TRIES):
+                arm = self._arm_or_refuse()
+                plan = yield self._server.draft(goal, arm, arm.state, self.ahead).plan
+                begun, arm = arm.state.t, self._arm_or_refuse()
+                took = arm.state.t - begun
+                if answer := self._server.take(plan, arm, arm.state):
+                    self.ahead = max(MORE * took, 0.0)
+                    return move_response(answer), [*self._sent(arm, self.has_models()), *self._told(arm)]
+                self.ahead = min(max(2.0 * took, self.ahead), MOST_AHEAD)
+            raise MotionError(
+                f"planned {TRIES} times; each time the arm was led elsewhere, or it took too long"
+            )
         except MotionError as error:
             why = str(error)
-        if not why and not isinstance(arm, str):
-            answer = self._server.move_tip(goal, arm, arm.state)
-            return move_response(answer), [*self._sent(arm, self.has_models()), *self._told(arm)]
-        why = why or str(arm)
         if isinstance(stopped := self._arm(is_armed=True), str):
             return move_response(Answer(False, why)), []
         return move_response(self._server.reject(stopped.state.t, why)), self._told(stopped)
@@ -152,17 +165,23 @@ class MotionExchange:
         said = self._exchange.refuse_reference("; ".join(words))
         return [*said, *self._sent(arm), *self._told(arm)]
 
-    def _sent(self, arm: _Arm, is_awaited: bool = False) -> list[Outgoing]:
+    def _sent(self, arm: LedArm, is_awaited: bool = False) -> list[Outgoing]:
         """Return the references that an arm has taken, and what was said; those to rest need no models."""
         for out in arm.sent:
             if out.topic == "reference":
                 self._models.follow(stamp_to_ns(out.msg.header.stamp), is_awaited)
         return arm.sent
 
-    def _told(self, arm: _Arm) -> list[Outgoing]:
+    def _told(self, arm: LedArm) -> list[Outgoing]:
         return _said(self._server.update(arm, arm.state), arm)
 
-    def _arm(self, is_armed: bool = False) -> _Arm | str:
+    def _arm_or_refuse(self) -> LedArm:
+        """Return the same; raises why nothing may move."""
+        if isinstance(arm := self._arm(), str):
+            raise MotionError(arm)
+        return arm
+
+    def _arm(self, is_armed: bool = False) -> LedArm | str:
         """Return the controller as what follows references, or why nothing may move."""
         exchange = self._exchange
         if exchange.controller is None:
@@ -171,64 +190,12 @@ class MotionExchange:
             return "no state yet"
         if not is_armed and exchange.guard.fault:
             return exchange.guard.fault
-        return _Arm(exchange, exchange.state, self._names, exchange.epoch_ns)
-
-
-class _Arm:
-    """The controller, by way of messages; ``sent`` holds the references it has taken."""
-
-    def __init__(
-        self, exchange: ControllerExchange, state: ArmState, names: tuple[str, ...], epoch_ns: int
-    ) -> None:
-        assert exchange.controller is not None
-        self._exchange, self._controller, self._names = exchange, exchange.controller, names
-        self.state, self.epoch_ns = state, epoch_ns
-        self.sent: list[Outgoing] = []
-
-    @property
-    def now_ns(self) -> int:
-        """Stamp of the state [ns]."""
-        return self.epoch_ns + round(1e9 * self.state.t)
-
-    @property
-    def model(self) -> ReducedModel:
-        """The served model in use."""
-        return self._controller.model
-
-    @property
-    def reference(self) -> Reference | None:
-        """What is followed."""
-        return self._controller.reference
-
-    def follows(self, reference: Reference | None) -> bool:
-        """Tell whether this very reference is followed now, or waits for its begin."""
-        return self._controller.queue.follows(reference, self.state.t)
-
-    @property
-    def ended_by(self) -> str:
-        """Why nothing is followed any more: the guard has stopped the arm, or its state was lost."""
-        exchange = self._exchange
-        if exchange.is_armed and exchange.answer is not None and exchange.answer.reason:
-            return exchange.answer.reason
-        return ": ".join(filter(None, ("the arm was stopped", exchange.guard.stopped_by)))
-
-    def forget(self) -> bool:
-        """Follow nothing; returns whether a reference was waiting."""
-        return self._controller.drop_reference(math.inf) is not None
-
-    def follow(self, reference: Reference) -> str:
-        """Hand a reference to the controller as it is sent; returns why it is refused."""
-        msg = own_reference_msg(reference, self._names, self.epoch_ns)
-        (answer,) = self._exchange.on_reference(msg)
-        if answer.msg.reason.startswith(REFUSED):
-            return str(answer.msg.reason).removeprefix(REFUSED)
-        self.sent += [Outgoing("reference", msg), answer]
-        return ""
+        return LedArm(exchange, exchange.state, self._names, exchange.epoch_ns)
 
 
 def _nobody() -> bool:
     return False
 
 
-def _said(told: Sequence[Progress], arm: _Arm) -> list[Outgoing]:
+def _said(told: Sequence[Progress], arm: LedArm) -> list[Outgoing]:
     return [Outgoing("motion_status", progress_to_msg(item, arm.epoch_ns)) for item in told]

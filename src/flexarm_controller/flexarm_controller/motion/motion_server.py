@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.arm_loads import ArmLoads
+from flexarm_controller.motion.draft import Draft, Plan
+from flexarm_controller.motion.follower import Follower
 from flexarm_controller.motion.planner import MotionPlanner
 from flexarm_controller.motion.point_to_point import state_at
 from flexarm_controller.motion.progress import ON_REQUEST, Progress, Pursuit
@@ -24,34 +25,6 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics, angle_with
 from flexarm_controller.reference import Reference, hold, splice
 from flexarm_controller.state import ArmState
-from flexarm_model.served.reduced_model import ReducedModel
-
-
-class Follower(Protocol):
-    """Who follows references: the controller."""
-
-    @property
-    def model(self) -> ReducedModel:
-        """The served model in use."""
-        ...
-
-    @property
-    def reference(self) -> Reference | None:
-        """What is followed; None before anything is."""
-        ...
-
-    @property
-    def ended_by(self) -> str:
-        """Why nothing is followed any more."""
-        ...
-
-    def follow(self, reference: Reference) -> str:
-        """Take a reference or return why not."""
-        ...
-
-    def follows(self, reference: Reference | None) -> bool:
-        """Tell whether this very reference is followed now, or waits for its begin."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -112,31 +85,44 @@ class MotionServer:
         self._tip = self._described.under(parameters)
         self.loads = ArmLoads(self._tip.tree, self._limits)
 
-    def move_tip(self, goal: TipGoal, arm: Follower, state: ArmState) -> Answer:
-        """Begin to move to a goal, or say why not.
+    def draft(self, goal: TipGoal, arm: Follower, state: ArmState, ahead: float = 0.0) -> Draft:
+        """Return a motion to a goal, to be planned and taken.
 
         Args:
             goal: Where to.
             arm: Follows the reference.
             state: The newest one.
+            ahead: Time that planning may take [s].
+
+        Raises:
+            MotionError: The state cannot be used.
         """
-        start = state.t + self._period + self._config.motion_lead
+        _check_state(state)
+        before = arm.reference or hold(state.theta, state.t)
+        start = self._soonest(state) + ahead
+        return Draft(goal, arm.reference, before, start, self._tip, self._planner(arm))
+
+    def take(self, plan: Plan | MotionError, arm: Follower, state: ArmState) -> Answer | None:
+        """Begin the motion that was planned, or say why not; None where it must be planned anew.
+
+        Since it was drafted another reference may have come, or too much time may have gone by.
+        """
+        if isinstance(plan, MotionError):
+            return self.reject(state.t, str(plan))
+        draft = plan.draft
+        if arm.reference is not draft.followed or draft.start < self._soonest(state):
+            return None
         try:
-            _check_state(state)
-            before = arm.reference or hold(state.theta, state.t)
-            begin = state_at(before, start)
-            theta = self._tip.solve(goal, begin.theta)
-            motion = self._planner(arm).move(begin, theta, start, goal.duration)
-            self._follow(arm, splice(before, motion, state.t + self._period))
+            self._follow(arm, splice(draft.before, plan.motion, state.t + self._period))
         except MotionError as error:
             return self.reject(state.t, str(error))
         self._goals += 1
         self._replace(state.t, f"replaced by goal {self._goals}")
-        point = self._tip.at_rest(theta)
-        self._pursuit = Pursuit(self._goals, arm.reference, start, float(motion.t[-1]), point)
+        end = float(plan.motion.t[-1])
+        self._pursuit = Pursuit(self._goals, arm.reference, draft.start, end, plan.point)
         self._told.append(Progress(state.t, self._goals, "accepted", distance=self._distance(arm, state)))
-        remark = _remark(*self._tip.beside(goal, theta), self._config.settle_distance)
-        return Answer(True, remark, self._goals, float(motion.t[-1]) - start)
+        remark = _remark(plan.off, plan.turned, self._config.settle_distance)
+        return Answer(True, remark, self._goals, end - draft.start)
 
     def reject(self, t: float, why: str) -> Answer:
         """Say no to a goal, at a time [s]."""
@@ -202,6 +188,10 @@ class MotionServer:
         if pursuit is None or pursuit.point is None or not is_known:
             return float("nan")
         return float(np.linalg.norm(self._tip.position(arm.model, state) - pursuit.point))
+
+    def _soonest(self, state: ArmState) -> float:
+        """Return when a motion that is taken now may leave what is followed [s]."""
+        return state.t + self._period + self._config.motion_lead
 
     def _planner(self, arm: Follower) -> MotionPlanner:
         return MotionPlanner(arm.model, self._limits, self._config, self._ranges, self.loads)

@@ -27,7 +27,11 @@ class MotionConfig:
         0.5, "Guard's braking_share, for motions near an end.", "1", 0.05, 1.0
     )
     motion_lead: float = parameter(
-        0.05, "Time between taking a goal of the tip and leaving what was followed before.", "s", 0.0, 10.0
+        0.05,
+        "Time between taking a planned motion of the tip and leaving what was followed before.",
+        "s",
+        0.0,
+        10.0,
     )
     excess: str = parameter(
         "retime",

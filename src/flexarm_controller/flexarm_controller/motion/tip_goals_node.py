@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 
 from flexarm_interfaces.msg import MotionStatus
 from flexarm_interfaces.srv import CancelMotion, MoveTip
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String
@@ -25,10 +26,14 @@ from trajectory_msgs.msg import JointTrajectory
 from flexarm_controller.answer import Outgoing
 from flexarm_controller.motion.conversions import OWN_FRAME
 from flexarm_controller.motion.motion_exchange import MotionExchange
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_model.process.beside import Beside
 from flexarm_model.ros.node import TOLD_QOS
 from flexarm_model.ros.parameters_node import subscribe_parameters
+from flexarm_model.ros.patient_answers_node import LateAnswer
 
 MODELS_SAID = "model/models"  # on which the model node says what there is for a reference
+LOOK_PERIOD, FIRST_AHEAD = 0.005, 0.1  # s, for goals that are planned; that the first is given
 DEPTH = 100  # of motion_status: what becomes of a goal is said once
 
 
@@ -59,28 +64,39 @@ class TipGoals:
             "motion_status": node.create_publisher(MotionStatus, "motion_status", QoSProfile(depth=DEPTH)),
             "reference": node.create_publisher(JointTrajectory, "reference", QoSProfile(depth=DEPTH)),
         }
+        self._beside = Beside()
+        self._looking = node.create_timer(
+            LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        self._looking.cancel()
         self._is_live, said = is_live, node.resolve_topic_name(MODELS_SAID)
         if is_live:
+            exchange.ahead = FIRST_AHEAD
             exchange.has_models = lambda: node.count_publishers(said) > 0
             node.create_subscription(String, MODELS_SAID, self.on_models, TOLD_QOS)
             subscribe_parameters(node, exchange.arm, exchange.on_parameter)
         node.create_service(MoveTip, "~/move_tip", self.on_move_tip)
         node.create_service(CancelMotion, "~/cancel", self.on_cancel)
 
-    def on_move_tip(self, request: MoveTip.Request, _: MoveTip.Response) -> MoveTip.Response:
-        """Begin to move, or say why not."""
-        if self._is_live and not self._exchange.has_models():
+    def on_move_tip(self, request: MoveTip.Request, _: MoveTip.Response) -> MoveTip.Response | LateAnswer:
+        """Begin to move, or say why not; by the clock that is planned beside the loop."""
+        if not self._is_live:
+            return self._answer(self._exchange.on_move_tip(request))
+        if not self._exchange.has_models():
             why = f"nobody says on {MODELS_SAID} that there are models for it: is the model node active?"
             return MoveTip.Response(accepted=False, reason=why)
-        response, outgoing = self._exchange.on_move_tip(request)
-        words = f"goal {response.goal_id}, {response.duration:.3f} s" if response.accepted else "refused"
-        self._node.get_logger().info("; ".join(filter(None, [f"move_tip: {words}", response.reason])))
-        self._publish(outgoing)
-        return response
+        late = LateAnswer()
+        self._beside.begin(self._exchange.moving_tip(request), lambda found: late.give(self._answer(found)))
+        if self._beside.is_busy:
+            self._looking.reset()
+        return late
 
     def on_cancel(self, request: CancelMotion.Request, _: CancelMotion.Response) -> CancelMotion.Response:
         """Bring the arm to rest, or say why not."""
+        dropped = 0 if request.goal_id else self._beside.drop(MotionError("canceled while it was planned"))
         response, outgoing = self._exchange.on_cancel(request)
+        if dropped and not response.accepted:  # for nothing moves yet
+            response = CancelMotion.Response(accepted=True)
         self._node.get_logger().info(f"cancel: {response.reason or 'stopping'}")
         self._publish(outgoing)
         return response
@@ -102,8 +118,22 @@ class TipGoals:
         self._publish(self._exchange.update())
 
     def end(self, why: str) -> None:
-        """Say the last word on what is pursued; to be called before the topics go."""
+        """Say the last word on what is pursued, or planned; to be called before the topics go."""
+        self._beside.drop(MotionError(why))
         self._publish(self._exchange.end(why))
+
+    def _look(self) -> None:
+        """Go on with goals that were planned by now."""
+        self._beside.look()
+        if not self._beside.is_busy:
+            self._looking.cancel()
+
+    def _answer(self, found: tuple[MoveTip.Response, list[Outgoing]]) -> MoveTip.Response:
+        response, outgoing = found
+        words = f"goal {response.goal_id}, {response.duration:.3f} s" if response.accepted else "refused"
+        self._node.get_logger().info("; ".join(filter(None, [f"move_tip: {words}", response.reason])))
+        self._publish(outgoing)
+        return response
 
     @staticmethod
     def is_own(msg: JointTrajectory) -> bool:

@@ -5,8 +5,7 @@ springs and gravity with the axes held (`resting_mechanism`), so that the tip co
 
 Newton's method ends at the nearest place where the error cannot fall, which is often no solution. So the arm
 with nothing bent is looked at from where it is, from home, and then from poses that have the tip near the
-goal. What it misses by far no bending mends, and how the arm rests is dear: it is asked a few times only, for
-a guard waits for commands while an answer is looked for.
+goal. What it misses by far no bending mends, and how the arm rests is dear: it is asked a few times only.
 """
 
 from __future__ import annotations

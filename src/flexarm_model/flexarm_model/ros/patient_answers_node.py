@@ -11,6 +11,7 @@ from __future__ import annotations
 import ctypes
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from rclpy.node import Node
@@ -19,6 +20,29 @@ from rclpy.qos import DurabilityPolicy
 PATIENCE, RETRY = 3.0, 0.01  # s
 _GUID_SIZE = 16  # bytes of rmw_request_id_t before its sequence number
 _VALUE_AT = 2 * ctypes.sizeof(ctypes.c_void_p)  # of a simple object of pybind11, behind its head
+
+
+class LateAnswer:
+    """What a service returns in place of a response that is not known yet."""
+
+    def __init__(self) -> None:
+        """Know neither the response nor how to send it."""
+        self._response: Any = None
+        self._send: Callable[[Any], None] | None = None
+
+    def give(self, response: Any) -> None:
+        """Let this be the response."""
+        self._response = response
+        self._go()
+
+    def go_by(self, send: Callable[[Any], None]) -> None:
+        """Let it be sent by this as soon as it is known."""
+        self._send = send
+        self._go()
+
+    def _go(self) -> None:
+        if self._send is not None and self._response is not None:
+            self._send(self._response)
 
 
 class PatientAnswers:
@@ -36,9 +60,15 @@ class PatientAnswers:
         self._node, self._send, self._name = node, service.send_response, service.service_name
         self._is_volatile = service.qos_profile.durability != DurabilityPolicy.TRANSIENT_LOCAL
         self._kept: list[tuple[float, bytes, Any, Any]] = []
+        self._is_over = False
 
     def send(self, response: Any, header: Any) -> None:
-        """Send an answer now, if its reader is there, or later."""
+        """Send an answer now, if it is known and its reader is there, or later."""
+        if isinstance(response, LateAnswer):
+            response.go_by(partial(self.send, header=header))
+            return
+        if self._is_over:
+            return
         reader = reader_of(header)
         if not reader or self._is_there(reader):
             self._send(response, header)
@@ -47,8 +77,9 @@ class PatientAnswers:
         self._wake()
 
     def end(self) -> None:
-        """Answer nobody any more."""
+        """Answer nobody any more, late answers neither."""
         self._kept.clear()
+        self._is_over = True
 
     def retry(self) -> bool:
         """Send what can be sent by now; returns whether there are answers that have to wait."""

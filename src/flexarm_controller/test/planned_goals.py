@@ -1,0 +1,11 @@
+"""Goals of the tip that are planned and taken at once, as in lockstep."""
+
+from flexarm_controller.motion.refusals import MotionError
+
+
+def move_tip(server, goal, arm, state):
+    """Return the answer of a motion server to a goal."""
+    try:
+        return server.take(server.draft(goal, arm, state).plan(), arm, state)
+    except MotionError as error:
+        return server.reject(state.t, str(error))
