@@ -54,6 +54,7 @@ from flexarm_controller.exchange import ControllerExchange
 from flexarm_controller.laws import LawInputs
 from flexarm_controller.limits import limits_of
 from flexarm_controller.margins.arming_node import ArmingCheck
+from flexarm_controller.motion.draft import PlanningProcess
 from flexarm_controller.motion.motion_exchange import MotionExchange
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_goals_node import TipGoals
@@ -68,6 +69,7 @@ from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.motion.size import has_too_many_points
 from flexarm_model.process.ahead import made
+from flexarm_model.process.beside import Beside
 from flexarm_model.ros.arriving_models import QUIET, ArrivingModels
 from flexarm_model.ros.bytes_node import subscribe_bytes
 from flexarm_model.ros.declared_node import declare_configs, load_arm
@@ -116,7 +118,8 @@ class ControllerNode(ManagedNode):
         self._arming = ArmingCheck(self, config, inputs, self._margins, self.exchange)
         before = 0 if self.settings.lockstep else GOALS * secrets.randbelow(GOALS)
         goals = MotionExchange(config, self._tip, motion, period, self.exchange, before)
-        self._goals = TipGoals(self, goals, self._publish, not self.settings.lockstep)
+        beside = None if self.settings.lockstep else Beside("planner", PlanningProcess, config, motion)
+        self._goals = TipGoals(self, goals, self._publish, beside)
         self.exchange.write = CommandWriter(serialize_message).write
         self.exchange.teller.write_status = StatusWriter(serialize_message).write
         self.exchange.teller.tell_more(Insight(self._tip.at, inputs.mpc, period), self._listens)

@@ -86,8 +86,8 @@ DROPPED = """
 print(*answers)
 {how}
 print(answers[0].reason)
-node._goals._beside._pool.shutdown()  # what was planned comes to nothing
-node._goals._look()
+time.sleep(0.5)
+node._goals._look()  # what was planned comes to nothing
 print(node.exchange.controller.reference, len(answers))
 """
 CANCELED = DROPPED.format(

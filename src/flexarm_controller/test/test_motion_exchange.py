@@ -107,14 +107,14 @@ def planned_beside(exchange, goals, model, k, periods, meanwhile=lambda: None):
     """Ask for a goal whose every plan takes some periods; returns the period of the answer, and that."""
     thoughts = goals.moving_tip(request_to(0.3))
     try:
-        plan = next(thoughts)
+        draft = next(thoughts)
         while True:
-            found = plan()
+            plan = goals._server.planner.plan(draft)
             meanwhile()
             for _ in range(periods):
                 k += 1
                 exchange.on_modal_state(state(model, k))
-            plan = thoughts.send(found)
+            draft = thoughts.send(plan)
     except StopIteration as end:
         return k, end.value
 

@@ -1,114 +1,149 @@
-"""Work beside a loop: the same at once and in a thread, in order, dropped with a reason."""
+"""Work beside a loop: the same at once and in another process, in order, dropped with a reason."""
 
 from __future__ import annotations
 
-import threading
+import os
+import signal
 import time
 from collections.abc import Callable, Iterator
-from functools import partial
 from typing import Any
 
 import pytest
 
-from flexarm_model.process.beside import Beside, Thoughts, at_once
+from flexarm_model.process.beside import Beside, Thoughts, WorkLost, at_once
 
-PATIENCE = 30.0  # s
+PATIENCE = 60.0  # s
 
 
 class Dropped(Exception):
     """Why work comes to nothing."""
 
 
-def sums(*numbers: int, work: Callable[[int], int] = abs) -> Thoughts[tuple[int, list[str]]]:
-    """Add up what work makes of numbers; tells in which thread each was added, and what went wrong."""
-    total, where = 0, list[str]()
-    for number in numbers:
+def made(factor: int) -> Callable[[Any], Any]:
+    """Make what does tasks: it multiplies numbers, waits, tells who does it, or ends."""
+
+    def work(task: Any) -> Any:
+        """Do one."""
+        if isinstance(task, float):
+            time.sleep(task)
+        if task == "who":
+            return os.getpid()
+        if task == "print":
+            print("this goes where errors go", flush=True)
+        if task == "end":
+            os._exit(3)
+        return factor * len(task) if isinstance(task, bytes) else factor * task
+
+    return work
+
+
+def thinking(*tasks: Any) -> Thoughts[tuple[list[Any], str]]:
+    """Collect what work makes of tasks; tells what went wrong."""
+    found = []
+    for task in tasks:
         try:
-            total += yield partial(work, number)
-        except Dropped as why:
-            return total, [str(why)]
-        where.append(threading.current_thread().name)
-    return total, where
+            found.append((yield task))
+        except (Dropped, WorkLost) as why:
+            return found, str(why)
+    return found, ""
 
 
 @pytest.fixture
 def beside() -> Iterator[Beside]:
     """Give one that ends with the test."""
-    made = Beside()
-    yield made
-    if made._pool is not None:
-        made._pool.shutdown()
+    begun = Beside("test worker", made, 2)
+    yield begun
+    begun.end()
 
 
-def look(beside: Beside) -> None:
-    """Look until nothing is under way."""
-    end = time.monotonic() + PATIENCE
+def look(beside: Beside) -> float:
+    """Look until nothing is under way; returns the longest that a look took [s]."""
+    longest, end = 0.0, time.monotonic() + PATIENCE
     while beside.is_busy and time.monotonic() < end:
+        began = time.monotonic()
         beside.look()
+        longest = max(longest, time.monotonic() - began)
+        time.sleep(0.002)
     assert not beside.is_busy
+    return longest
 
 
-def test_thoughts_come_to_the_same_at_once_and_beside_the_loop_which_does_the_rest(beside: Beside) -> None:
+def test_thoughts_come_to_the_same_at_once_and_beside_the_loop(beside: Beside) -> None:
     found: list[Any] = []
-    here = threading.current_thread().name
-    assert at_once(sums(1, -2, 3)) == (6, [here] * 3)
-    beside.begin(sums(1, -2, 3), found.append)
-    look(beside)
-    assert found == [(6, [here] * 3)]
-    assert at_once(sums()) == (0, [])
-
-
-def test_what_takes_long_is_done_in_another_thread_in_the_order_in_which_it_came(beside: Beside) -> None:
-    done: list[tuple[int, str]] = []
-    found: list[Any] = []
-
-    def work(number: int) -> int:
-        """Note who does it."""
-        time.sleep(0.01 * (3 - number))
-        done.append((number, threading.current_thread().name))
-        return number
-
-    for number in range(3):
-        beside.begin(sums(number, work=work), found.append)
+    assert at_once(thinking(1, 2, 3), made(2)) == ([2, 4, 6], "")
+    beside.begin(thinking(1, 2, 3), found.append)
+    beside.begin(thinking(4), found.append)
     assert not found
     look(beside)
-    assert [number for number, _ in done] == [total for total, _ in found] == [0, 1, 2]
-    assert len({name for _, name in done}) == 1
-    assert done[0][1] != threading.current_thread().name
+    assert sorted(found) == [([2, 4, 6], ""), ([8], "")]
+    assert at_once(thinking(), made(2)) == ([], "")
 
 
-def test_thoughts_that_need_no_work_are_done_at_once(beside: Beside) -> None:
+def test_tasks_are_done_by_one_other_process_in_the_order_in_which_they_came(beside: Beside) -> None:
     found: list[Any] = []
-    beside.begin(sums(), found.append)
-    assert found == [(0, [])] and not beside.is_busy
-
-
-def test_the_loop_is_never_kept_waiting(beside: Beside) -> None:
-    going = threading.Event()
-    found: list[Any] = []
-    beside.begin(sums(1, work=lambda number: number * going.wait(PATIENCE)), found.append)
-    beside.look()
-    assert beside.is_busy and not found
-    going.set()
+    for task in (0.05, 1, "who", 2, "who"):
+        beside.begin(thinking(task), found.append)
     look(beside)
-    assert found[0][0] == 1
+    results = [result for ([result], _) in found]
+    assert results[:2] == [0.1, 2] and results[3] == 4
+    assert results[2] == results[4] != os.getpid()
 
 
-def test_what_is_dropped_hears_why_and_its_work_comes_to_nothing(beside: Beside) -> None:
-    going = threading.Event()
+def test_thoughts_without_a_task_are_done_at_once(beside: Beside) -> None:
     found: list[Any] = []
-    for number in (1, 2):
-        beside.begin(sums(number, work=lambda number: number * going.wait(PATIENCE)), found.append)
+    beside.begin(thinking(), found.append)
+    assert found == [([], "")] and not beside.is_busy
+
+
+def test_a_task_that_is_larger_than_a_pipe_is_sent_bit_by_bit(beside: Beside) -> None:
+    found: list[Any] = []
+    beside.begin(thinking(0.3, bytes(5_000_000)), found.append)
+    look(beside)
+    assert found == [([0.6, 10_000_000], "")]
+
+
+def test_what_is_dropped_hears_why_and_its_result_is_not_taken_for_the_next(beside: Beside) -> None:
+    found: list[Any] = []
+    for task in (0.2, 1):
+        beside.begin(thinking(task), found.append)
     assert beside.drop(Dropped("no more")) == 2
-    assert found == [(0, ["no more"])] * 2 and not beside.is_busy
-    going.set()
-    beside.begin(sums(5), found.append)
+    assert found == [([], "no more")] * 2 and not beside.is_busy
+    beside.begin(thinking(5), found.append)
     look(beside)
-    assert found[2][0] == 5
+    assert found[2] == ([10], "")
     assert beside.drop(Dropped("no more")) == 0
 
 
-def test_what_goes_wrong_in_work_is_raised_in_the_loop(beside: Beside) -> None:
-    beside.begin(sums(1, work=lambda number: number // 0), lambda found: None)
-    with pytest.raises(ZeroDivisionError):
-        look(beside)
+@pytest.mark.parametrize("is_killed", [False, True])
+def test_a_process_that_has_ended_is_begun_anew_and_who_waited_hears_of_it(
+    beside: Beside, is_killed: bool
+) -> None:
+    found: list[Any] = []
+    beside.begin(thinking("who"), found.append)
+    look(beside)
+    beside.begin(thinking(30.0 if is_killed else "end"), found.append)
+    if is_killed:
+        os.kill(found[0][0][0], signal.SIGKILL)
+    look(beside)
+    code = -9 if is_killed else 3
+    assert found[1] == ([], f"the process that works it out has ended ({code}); another one is begun")
+    beside.begin(thinking(5), found.append)
+    look(beside)
+    assert found[2] == ([10], "")
+
+
+def test_what_work_prints_is_no_result(beside: Beside) -> None:
+    found: list[Any] = []
+    beside.begin(thinking("print", 1), found.append)
+    look(beside)
+    assert found == [(["printprint", 2], "")]
+
+
+def test_the_process_ends_with_who_began_it(beside: Beside) -> None:
+    found: list[Any] = []
+    beside.begin(thinking("who"), found.append)
+    look(beside)
+    pid = found[0][0][0]
+    beside.end()
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)

@@ -28,7 +28,7 @@ MOST = 24  # poses on one way: made within half of what a guard waits for a comm
 
 
 class ArmLoads:
-    """Loads of one arm; keeps the last way. Several threads may share it."""
+    """Loads of one arm; keeps the last way."""
 
     def __init__(self, tree: ReducedTree, limits: Limits) -> None:
         """Look at the arm of ``tree`` with its ``limits``: at home and at poses all over its ranges."""
@@ -70,10 +70,9 @@ class ArmLoads:
         theta = poses if theta is None else theta
         if not self.changes or not (abs(theta - known) > self._near).any():
             return None
-        way = self._last  # another thread may put its own there meanwhile
-        if way is None or not way.is_near(theta, REACH * NEAR["r"]):
-            way = self._last = self._made(poses)
-        return way
+        if self._last is None or not self._last.is_near(theta, REACH * NEAR["r"]):
+            self._last = self._made(poses)
+        return self._last
 
     def _made(self, poses: Array) -> Way | None:
         loads = []

@@ -31,7 +31,7 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
-from flexarm_model.process.beside import Thoughts, at_once
+from flexarm_model.process.beside import Thoughts, WorkLost, at_once
 from flexarm_model.served.parameter_watch import PARAMETER_STEP, ParameterWatch
 
 TRIES = 4  # to plan a motion in time
@@ -69,7 +69,7 @@ class MotionExchange:
         self._exchange, self._names, self.arm = exchange, tuple(config.actuated), config
         self._parameters = ParameterWatch(config, PARAMETER_STEP)
         self._server = MotionServer(tip, limits_of(config), motion, period, goals)
-        exchange.loads = self._server.loads
+        exchange.loads = self._server.planner.loads
         self._models = ModelsAwaited()
         self.ahead = 0.0
         self.has_models: Callable[[], bool] = _nobody
@@ -86,8 +86,8 @@ class MotionExchange:
         self._parameters.hear(name, value, variance)
         if self._parameters.is_due:
             self._parameters.use(self._parameters.told())
-            self._server.lead(self._parameters.used)
-            self._exchange.loads = self._server.loads
+            self._server.planner.lead(self._parameters.used)
+            self._exchange.loads = self._server.planner.loads
 
     def on_models(self, text: str) -> list[Outgoing]:
         """Hear what the model node says of a reference: "stamp: receipt" or "stamp: refused: reason"."""
@@ -96,7 +96,7 @@ class MotionExchange:
 
     def on_move_tip(self, request: Any) -> tuple[Any, list[Outgoing]]:
         """Answer a goal; returns the response and what is to be sent."""
-        return at_once(self.moving_tip(request))
+        return at_once(self.moving_tip(request), self._server.planner.plan)
 
     def moving_tip(self, request: Any) -> Thoughts[tuple[Any, list[Outgoing]]]:
         """Do the same while the loop goes on: it may plan again if that took longer than was thought."""
@@ -104,17 +104,22 @@ class MotionExchange:
             goal = goal_from_request(request)
             for _ in range(TRIES):
                 arm = self._arm_or_refuse()
-                plan = yield self._server.draft(goal, arm, arm.state, self.ahead).plan
+                followed = arm.reference
+                draft = self._server.draft(goal, arm, arm.state, self.ahead)
+                plan = yield draft
+                if isinstance(plan, MotionError):
+                    raise plan
                 begun, arm = arm.state.t, self._arm_or_refuse()
                 took = arm.state.t - begun
-                if answer := self._server.take(plan, arm, arm.state):
+                if self._server.fits(draft, followed, arm, arm.state):
                     self.ahead = max(MORE * took, 0.0)
+                    answer = self._server.take(draft, plan, arm, arm.state)
                     return move_response(answer), [*self._sent(arm, self.has_models()), *self._told(arm)]
                 self.ahead = min(max(2.0 * took, self.ahead), MOST_AHEAD)
             raise MotionError(
                 f"planned {TRIES} times; each time the arm was led elsewhere, or it took too long"
             )
-        except MotionError as error:
+        except (MotionError, WorkLost) as error:
             why = str(error)
         if isinstance(stopped := self._arm(is_armed=True), str):
             return move_response(Answer(False, why)), []

@@ -7,17 +7,13 @@ velocity and acceleration.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.limits import Limits
-from flexarm_controller.motion.arm_loads import ArmLoads
-from flexarm_controller.motion.draft import Draft, Plan
+from flexarm_controller.motion.draft import Draft, GoalPlanner, Plan
 from flexarm_controller.motion.follower import Follower
-from flexarm_controller.motion.planner import MotionPlanner
 from flexarm_controller.motion.point_to_point import state_at
 from flexarm_controller.motion.progress import ON_REQUEST, Progress, Pursuit
 from flexarm_controller.motion.refusals import MotionError
@@ -48,7 +44,7 @@ class MotionServer:
     """Owns the goal that is pursued.
 
     Attributes:
-        loads: Of the arm, wherever its axes are.
+        planner: Of the arm; plans what is drafted where nobody else does.
     """
 
     def __init__(
@@ -66,11 +62,8 @@ class MotionServer:
         Raises:
             ConfigError: A motor cannot hold the weight of the arm everywhere; the guard refuses it as well.
         """
-        guard = GuardSettings(braking_share=config.guard_braking_share)
-        self._ranges = guard_limits(tip.tree.config, tip.tree, guard).ranges
-        self._described = self._tip = tip.within(self._ranges)
-        self._limits, self._config, self._period = limits, config, period
-        self.loads = ArmLoads(tip.tree, limits)
+        self.planner = GoalPlanner(tip, limits, config)
+        self._config, self._period = config, period
         self._pursuit: Pursuit | None = None
         self._goals = goals
         self._told: list[Progress] = []
@@ -79,11 +72,6 @@ class MotionServer:
     def is_pursuing(self) -> bool:
         """Whether there is a goal."""
         return self._pursuit is not None
-
-    def lead(self, parameters: Mapping[str, float]) -> None:
-        """Take other values of the arm's named parameters [SI]: it sags otherwise from now on."""
-        self._tip = self._described.under(parameters)
-        self.loads = ArmLoads(self._tip.tree, self._limits)
 
     def draft(self, goal: TipGoal, arm: Follower, state: ArmState, ahead: float = 0.0) -> Draft:
         """Return a motion to a goal, to be planned and taken.
@@ -99,19 +87,14 @@ class MotionServer:
         """
         _check_state(state)
         before = arm.reference or hold(state.theta, state.t)
-        start = self._soonest(state) + ahead
-        return Draft(goal, arm.reference, before, start, self._tip, self._planner(arm))
+        return Draft(goal, before, self._soonest(state) + ahead, arm.model, self.planner.parameters)
 
-    def take(self, plan: Plan | MotionError, arm: Follower, state: ArmState) -> Answer | None:
-        """Begin the motion that was planned, or say why not; None where it must be planned anew.
+    def fits(self, draft: Draft, followed: Reference | None, arm: Follower, state: ArmState) -> bool:
+        """Tell whether a draft can still be followed: what was ``followed`` is, and it is early enough."""
+        return arm.reference is followed and draft.start >= self._soonest(state)
 
-        Since it was drafted another reference may have come, or too much time may have gone by.
-        """
-        if isinstance(plan, MotionError):
-            return self.reject(state.t, str(plan))
-        draft = plan.draft
-        if arm.reference is not draft.followed or draft.start < self._soonest(state):
-            return None
+    def take(self, draft: Draft, plan: Plan, arm: Follower, state: ArmState) -> Answer:
+        """Begin the motion that was planned, or say why not."""
         try:
             self._follow(arm, splice(draft.before, plan.motion, state.t + self._period))
         except MotionError as error:
@@ -147,7 +130,7 @@ class MotionServer:
         if arm.reference is None or (not active and arm.reference.t[-1] <= now):
             return Answer(False, "nothing moves")
         try:
-            halt = self._planner(arm).stop(state_at(arm.reference, now), now)
+            halt = self.planner.of(arm.model).stop(state_at(arm.reference, now), now)
             self._follow(arm, halt)
         except MotionError as error:
             return Answer(False, str(error))
@@ -187,14 +170,11 @@ class MotionServer:
         is_known = state.is_finite and state.model_id == arm.model.model_id
         if pursuit is None or pursuit.point is None or not is_known:
             return float("nan")
-        return float(np.linalg.norm(self._tip.position(arm.model, state) - pursuit.point))
+        return float(np.linalg.norm(self.planner.tip.position(arm.model, state) - pursuit.point))
 
     def _soonest(self, state: ArmState) -> float:
         """Return when a motion that is taken now may leave what is followed [s]."""
         return state.t + self._period + self._config.motion_lead
-
-    def _planner(self, arm: Follower) -> MotionPlanner:
-        return MotionPlanner(arm.model, self._limits, self._config, self._ranges, self.loads)
 
     def _follow(self, arm: Follower, reference: Reference) -> None:
         fault = arm.follow(reference)

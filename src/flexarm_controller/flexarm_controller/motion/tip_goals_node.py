@@ -49,7 +49,7 @@ class TipGoals:
         node: Node,
         exchange: MotionExchange,
         publish: Callable[[Sequence[Outgoing]], None],
-        is_live: bool,
+        beside: Beside | None,
     ) -> None:
         """Offer the services.
 
@@ -57,20 +57,20 @@ class TipGoals:
             node: Gets services and publishers.
             exchange: Answers.
             publish: Sends what it says, on ``outlets`` and on the node's own topics.
-            is_live: Not in lockstep, where nothing may depend on when a message comes.
+            beside: Plans; None in lockstep, where nothing may depend on when a message comes.
         """
         self._node, self._exchange, self._publish = node, exchange, publish
         self.outlets = {
             "motion_status": node.create_publisher(MotionStatus, "motion_status", QoSProfile(depth=DEPTH)),
             "reference": node.create_publisher(JointTrajectory, "reference", QoSProfile(depth=DEPTH)),
         }
-        self._beside = Beside()
+        self._beside = beside
         self._looking = node.create_timer(
             LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
         self._looking.cancel()
-        self._is_live, said = is_live, node.resolve_topic_name(MODELS_SAID)
-        if is_live:
+        said = node.resolve_topic_name(MODELS_SAID)
+        if beside is not None:
             exchange.ahead = FIRST_AHEAD
             exchange.has_models = lambda: node.count_publishers(said) > 0
             node.create_subscription(String, MODELS_SAID, self.on_models, TOLD_QOS)
@@ -79,8 +79,8 @@ class TipGoals:
         node.create_service(CancelMotion, "~/cancel", self.on_cancel)
 
     def on_move_tip(self, request: MoveTip.Request, _: MoveTip.Response) -> MoveTip.Response | LateAnswer:
-        """Begin to move, or say why not; by the clock that is planned beside the loop."""
-        if not self._is_live:
+        """Begin to move, or say why not; by the clock another process plans."""
+        if self._beside is None:
             return self._answer(self._exchange.on_move_tip(request))
         if not self._exchange.has_models():
             why = f"nobody says on {MODELS_SAID} that there are models for it: is the model node active?"
@@ -93,7 +93,7 @@ class TipGoals:
 
     def on_cancel(self, request: CancelMotion.Request, _: CancelMotion.Response) -> CancelMotion.Response:
         """Bring the arm to rest, or say why not."""
-        dropped = 0 if request.goal_id else self._beside.drop(MotionError("canceled while it was planned"))
+        dropped = 0 if request.goal_id else self._drop("canceled while it was planned")
         response, outgoing = self._exchange.on_cancel(request)
         if dropped and not response.accepted:  # for nothing moves yet
             response = CancelMotion.Response(accepted=True)
@@ -119,14 +119,21 @@ class TipGoals:
 
     def end(self, why: str) -> None:
         """Say the last word on what is pursued, or planned; to be called before the topics go."""
-        self._beside.drop(MotionError(why))
+        self._drop(why)
         self._publish(self._exchange.end(why))
+        if self._beside is not None:
+            self._beside.end()
 
     def _look(self) -> None:
         """Go on with goals that were planned by now."""
-        self._beside.look()
-        if not self._beside.is_busy:
+        if self._beside is not None:
+            self._beside.look()
+        if self._beside is None or not self._beside.is_busy:
             self._looking.cancel()
+
+    def _drop(self, why: str) -> int:
+        """Refuse the goals that are being planned; returns how many."""
+        return 0 if self._beside is None else self._beside.drop(MotionError(why))
 
     def _answer(self, found: tuple[MoveTip.Response, list[Outgoing]]) -> MoveTip.Response:
         response, outgoing = found

@@ -1,84 +1,152 @@
 """What takes longer than a period, thought about beside the loop of a node.
 
-It is written as a generator: it yields what takes long, as something to call, and goes on with the result.
-Everything between is done by who drives it: at once, or in the loop when the result is there. What is called
-runs in a thread, so it must share nothing with the loop that either of them changes.
+It is written as a generator: it yields a task, and goes on with the result. Everything between is done by who
+drives it: at once, or in the loop when the result is there. Tasks are done by a process of its own. A thread
+would not do: where it holds the interpreter and waits for a core, the loop waits, too, however urgent it is.
 """
 
 from __future__ import annotations
 
+import os
+import pickle
+import subprocess
 import sys
+from collections import deque
 from collections.abc import Callable, Generator
-from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from functools import partial
 from typing import Any, TypeVar
 
-from flexarm_model.process.punctual import be_ordinary
+from flexarm_model.process.parent import ending_with
+from flexarm_model.process.worker import HEAD, MODULE, framed
 
 T = TypeVar("T")
-Thoughts = Generator[Callable[[], Any], Any, T]
-GIVING_WAY = 2e-4  # s after which a thread lets the loop go on; Python's own 5 ms are a whole period
+Thoughts = Generator[Any, Any, T]
+ROOM = 1 << 20  # bytes of results that are read at once
 
 
-def at_once(thoughts: Thoughts[T]) -> T:
-    """Do all of it here and now."""
+class WorkLost(RuntimeError):
+    """The process that was to do a task has ended."""
+
+
+def at_once(thoughts: Thoughts[T], work: Callable[[Any], Any]) -> T:
+    """Do all of it here and now; ``work`` does the tasks."""
     result = None
     while True:
         try:
-            work = thoughts.send(result)
+            task = thoughts.send(result)
         except StopIteration as end:
             return end.value  # type: ignore[no-any-return]
-        result = work()
+        result = work(task)
 
 
 class Beside:
-    """One ordinary thread for the work of all thoughts, in the order in which it came."""
+    """One ordinary process for the tasks of all thoughts, in the order in which they came.
 
-    def __init__(self) -> None:
-        """Begin no thread before there is work."""
-        self._pool: ThreadPoolExecutor | None = None
-        self._open: list[tuple[Thoughts[Any], Callable[[Any], None], Future[Any]]] = []
+    It ends with this one. One that has ended by itself is begun anew for the next task.
+    """
+
+    def __init__(self, name: str, make: Callable[..., Callable[[Any], Any]], *arguments: Any) -> None:
+        """Begin the process, which makes what it works with.
+
+        Args:
+            name: What ``ps`` shows.
+            make: Function of a module; makes of the arguments what does a task.
+            arguments: Of it. They, tasks and results can be pickled.
+        """
+        self._name, self._first = name, framed((make, arguments))
+        self._waiting = deque[tuple[Thoughts[Any], Callable[[Any], None], Any]]()
+        self._dropped = 0  # results that nobody waits for any more
+        self._start()
 
     @property
     def is_busy(self) -> bool:
         """Whether thoughts are under way."""
-        return bool(self._open)
+        return bool(self._waiting)
 
     def begin(self, thoughts: Thoughts[T], done: Callable[[T], None]) -> None:
-        """Begin; ``done`` takes what they come to, at once where nothing of it takes long."""
+        """Begin; ``done`` takes what they come to, at once where there is no task."""
         self._go_on(thoughts, done, partial(next, thoughts))
+        self._give()
 
     def look(self) -> None:
-        """Go on with those whose work is done; to be called by the loop, which it never keeps waiting."""
-        going, self._open = self._open, []
-        for thoughts, done, work in going:
-            if work.done():
-                self._go_on(thoughts, done, partial(thoughts.send, work.result()))
-            else:
-                self._open.append((thoughts, done, work))
+        """Go on with those whose task is done; to be called by the loop, which it never keeps waiting."""
+        if self._is_over:
+            return
+        self._write()
+        for result in self._results():
+            self._is_at_work = False
+            if self._dropped:
+                self._dropped -= 1
+                continue
+            thoughts, done, _ = self._waiting.popleft()
+            self._go_on(thoughts, done, partial(thoughts.send, result))
+        if self._process.poll() is not None:
+            code = self._process.returncode
+            self.end()
+            self._start()
+            self.drop(WorkLost(f"the process that works it out has ended ({code}); another one is begun"))
+        self._give()
 
     def drop(self, why: Exception) -> int:
-        """Raise ``why`` where thoughts wait for work, which then comes to nothing; returns in how many."""
-        dropped, self._open = self._open, []
-        for thoughts, done, work in dropped:
-            work.cancel()
+        """Raise ``why`` where thoughts wait for a result, which nobody takes then; returns in how many."""
+        dropped, self._waiting = self._waiting, deque()
+        self._dropped = int(self._is_at_work)
+        for thoughts, done, _ in dropped:
             self._go_on(thoughts, done, partial(thoughts.throw, why))
         return len(dropped)
 
-    def _go_on(
-        self, thoughts: Thoughts[T], done: Callable[[T], None], step: Callable[[], Callable[[], Any]]
-    ) -> None:
+    def end(self) -> None:
+        """End the process, whatever it does; nothing is looked at or begun any more."""
+        self._is_over = True
+        with self._process as process:  # closes the pipes, waits
+            process.kill()
+
+    def _start(self) -> None:
+        ending, pipe = ending_with(os.getpid()), subprocess.PIPE
+        command = [sys.executable, "-m", MODULE, self._name]
+        self._process = subprocess.Popen(
+            command, bufsize=0, stdin=pipe, stdout=pipe, start_new_session=True, preexec_fn=ending
+        )
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._tasks, self._found = self._process.stdin.fileno(), self._process.stdout.fileno()
+        for each in (self._tasks, self._found):
+            os.set_blocking(each, False)
+        self._unsent, self._unread = bytearray(self._first), bytearray()
+        self._is_over = self._is_at_work = False
+        self._dropped = 0
+        self._write()
+
+    def _go_on(self, thoughts: Thoughts[T], done: Callable[[T], None], step: Callable[[], Any]) -> None:
         try:
-            work = step()
+            task = step()
         except StopIteration as end:
             done(end.value)
-            return
-        if self._pool is None:
-            self._pool = ThreadPoolExecutor(1, "beside", initializer=_give_way)
-        self._open.append((thoughts, done, self._pool.submit(work)))
+        else:
+            self._waiting.append((thoughts, done, task))
 
+    def _give(self) -> None:
+        """Send the next task if nothing is worked at."""
+        if self._waiting and not self._is_at_work:
+            self._is_at_work = True
+            self._unsent += framed(self._waiting[0][2])
+            self._write()
 
-def _give_way() -> None:
-    """Let the loop have its core, and the interpreter, as soon as it wants them."""
-    sys.setswitchinterval(GIVING_WAY)
-    be_ordinary()
+    def _write(self) -> None:
+        with suppress(BlockingIOError, BrokenPipeError):
+            while self._unsent:
+                del self._unsent[: os.write(self._tasks, self._unsent)]
+
+    def _results(self) -> list[Any]:
+        """Return what has come by now."""
+        with suppress(BlockingIOError):
+            while part := os.read(self._found, ROOM):
+                self._unread += part
+        results = []
+        while len(self._unread) >= HEAD.size:
+            end = HEAD.size + HEAD.unpack_from(self._unread)[0]
+            if len(self._unread) < end:
+                break
+            results.append(pickle.loads(self._unread[HEAD.size : end]))
+            del self._unread[:end]
+        return results
