@@ -89,6 +89,14 @@ def test_tasks_are_done_by_one_other_process_in_the_order_in_which_they_came(bes
     assert results[2] == results[4] != os.getpid()
 
 
+def test_it_is_ready_once_it_has_made_what_it_works_with(beside: Beside) -> None:
+    assert not beside.is_ready
+    end = time.monotonic() + PATIENCE
+    while not beside.is_ready and time.monotonic() < end:
+        beside.look()
+    assert beside.is_ready and not beside.is_busy
+
+
 def test_thoughts_without_a_task_are_done_at_once(beside: Beside) -> None:
     found: list[Any] = []
     beside.begin(thinking(), found.append)

@@ -43,7 +43,10 @@ def at_once(thoughts: Thoughts[T], work: Callable[[Any], Any]) -> T:
 class Beside:
     """One ordinary process for the tasks of all thoughts, in the order in which they came.
 
-    It ends with this one. One that has ended by itself is begun anew for the next task.
+    It ends with this one. One that has ended by itself is begun anew.
+
+    Attributes:
+        is_ready: It has made what it works with.
     """
 
     def __init__(self, name: str, make: Callable[..., Callable[[Any], Any]], *arguments: Any) -> None:
@@ -75,6 +78,9 @@ class Beside:
             return
         self._write()
         for result in self._results():
+            if not self.is_ready:
+                self.is_ready = True
+                continue
             self._is_at_work = False
             if self._dropped:
                 self._dropped -= 1
@@ -113,7 +119,7 @@ class Beside:
         for each in (self._tasks, self._found):
             os.set_blocking(each, False)
         self._unsent, self._unread = bytearray(self._first), bytearray()
-        self._is_over = self._is_at_work = False
+        self.is_ready = self._is_over = self._is_at_work = False
         self._dropped = 0
         self._write()
 

@@ -1,7 +1,7 @@
 """The process that does tasks for a node (``beside``): reads them on its input, writes results on its output.
 
-Both are pickled, with their length ahead. The first thing read makes what does the tasks. What anything else
-prints goes where errors go. The end of the input is the end.
+Both are pickled, with their length ahead. The first thing read makes what does the tasks; when that is there
+None is written. What anything else prints goes where errors go. The end of the input is the end.
 """
 
 from __future__ import annotations
@@ -45,9 +45,11 @@ def main() -> None:
         try:
             make, arguments = read(tasks)
             work = make(*arguments)
+            result = None  # which says that it is ready
             while True:
-                results.write(framed(work(read(tasks))))
+                results.write(framed(result))
                 results.flush()
+                result = work(read(tasks))
         except (EOFError, BrokenPipeError):
             return
 
