@@ -20,12 +20,14 @@ from flexarm_controller.motion.point_to_point import state_at
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
-from flexarm_controller.reference import Reference
+from flexarm_controller.reference import Reference, hold
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.linearize import linearize
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+SMALL = 1e-3  # rad or m from home, to which nobody wants to go
 
 
 @dataclass(frozen=True)
@@ -115,8 +117,12 @@ class PlanningProcess:
     """Does drafts in a process of its own; makes the arm there."""
 
     def __init__(self, arm: ManipulatorConfig, config: MotionConfig) -> None:
-        """Make the arm of a description."""
-        self._planner = GoalPlanner(TipKinematics(ReducedTree(arm)), limits_of(arm), config)
+        """Make the arm of a description, and plan something: the first plan waits for libraries."""
+        tree = ReducedTree(arm)
+        self._planner = GoalPlanner(TipKinematics(tree), limits_of(arm), config)
+        home, goal = np.array(arm.home, dtype=float), np.eye(4)
+        goal[:3, 3] = self._planner.tip.at_rest(home + SMALL)
+        self(Draft(TipGoal(goal), hold(home, 0.0), 1.0, linearize(tree), {}))
 
     def __call__(self, draft: Draft) -> Plan | MotionError:
         """Return what was found."""

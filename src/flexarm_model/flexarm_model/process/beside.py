@@ -60,6 +60,7 @@ class Beside:
         self._name, self._first = name, framed((make, arguments))
         self._waiting = deque[tuple[Thoughts[Any], Callable[[Any], None], Any]]()
         self._dropped = 0  # results that nobody waits for any more
+        self.is_ready = False
         self._start()
 
     @property
