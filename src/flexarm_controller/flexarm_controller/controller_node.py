@@ -81,8 +81,7 @@ from flexarm_model.settings.diagnosis import DiagnosticsConfig
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 GOALS = 100_000  # numbers of one life of the node: nobody shall take another's goal for his own
-# for goals of the tip at the end of an axis, and for references that give positions alone
-LIBRARIES = ("scipy.optimize", "scipy.interpolate")
+LIBRARIES = ("scipy.interpolate",)  # for references that give positions alone
 
 
 class ControllerNode(ManagedNode):

@@ -4,6 +4,8 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 from flexarm_model.process.loading import Loading
 
 PROGRAM = """
@@ -25,6 +27,24 @@ def test_modules_are_loaded_while_the_caller_works_on(tmp_path) -> None:  # type
     code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n{PROGRAM}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0 and done.stdout == "works on\n", done.stderr
+
+
+URGENT = """
+import os
+from flexarm_model.process.loading import Loading
+from flexarm_model.process.punctual import raise_priority
+if why := raise_priority(1): print(why); raise SystemExit
+Loading(["json.tool"], 0, lambda: print(os.sched_getscheduler(0) == os.SCHED_OTHER)).wait()
+print(os.sched_getscheduler(0) == os.SCHED_RR)
+"""
+
+
+def test_an_urgent_process_loads_as_any_other() -> None:
+    """The controller kept the estimator, on the same core, from running until its state was too old."""
+    done = subprocess.run([sys.executable, "-c", URGENT], capture_output=True, text=True, check=True)
+    if "not permitted" in done.stdout:
+        pytest.skip("this user may not raise priorities")
+    assert done.stdout.split() == ["True", "True"]
 
 
 def test_nothing_to_load_is_done_at_once() -> None:

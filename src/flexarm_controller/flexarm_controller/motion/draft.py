@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,6 +119,7 @@ class PlanningProcess:
 
     def __init__(self, arm: ManipulatorConfig, config: MotionConfig) -> None:
         """Make the arm of a description, and plan something: the first plan waits for libraries."""
+        import_module("scipy.optimize")  # for goals at the end of an axis
         tree = ReducedTree(arm)
         self._planner = GoalPlanner(TipKinematics(tree), limits_of(arm), config)
         home, goal = np.array(arm.home, dtype=float), np.eye(4)

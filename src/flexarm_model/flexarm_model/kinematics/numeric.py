@@ -142,7 +142,7 @@ def _limited_step(mechanism: Mechanism, rows: Array, theta: Array, error: Array,
     low, high = mechanism.lower - theta, mechanism.upper - theta
     if ((step >= low) & (step <= high)).all():
         return np.asarray(step)
-    from scipy.optimize import lsq_linear  # the controller node loads it after its first word
+    from scipy.optimize import lsq_linear  # who plans goals loads it before
 
     damped = np.vstack([rows, np.sqrt(mu) * np.eye(theta.size)])
     wanted = np.concatenate([error, np.zeros(theta.size)])

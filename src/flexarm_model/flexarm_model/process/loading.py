@@ -13,6 +13,8 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 from threading import Thread, get_native_id
 
+from flexarm_model.process.punctual import be_ordinary
+
 _SLICE = 5e-4  # s that the thread keeps the interpreter while a callback waits; usually it is 5 ms
 
 
@@ -43,6 +45,7 @@ class Loading:
 
 
 def _load(modules: Sequence[str], nice: int, then: Callable[[], None]) -> None:
+    be_ordinary()  # an urgent node's thread would keep others from its core until all is loaded
     if nice:
         os.setpriority(os.PRIO_PROCESS, get_native_id(), nice)
     usual = sys.getswitchinterval()
