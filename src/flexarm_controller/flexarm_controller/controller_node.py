@@ -219,7 +219,6 @@ class ControllerNode(ManagedNode):
         conditions = {
             "a model": lambda: self.exchange.controller is not None,
             "margins": lambda: self._arming.is_known,
-            "the planner of goals": lambda: self._goals.is_ready,
             "the estimator": lambda: self.has_publisher("modal_state"),
             "the rig": lambda: self._outlets["joint_commands"].get_subscription_count() > 0,
             "the guard": lambda: self.has_publisher("guard_status"),

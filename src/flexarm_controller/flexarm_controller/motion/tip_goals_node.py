@@ -68,6 +68,7 @@ class TipGoals:
         self._looking = node.create_timer(
             LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
+        self._looking.cancel()
         said = node.resolve_topic_name(MODELS_SAID)
         if beside is not None:
             exchange.ahead = FIRST_AHEAD
@@ -76,11 +77,6 @@ class TipGoals:
             subscribe_parameters(node, exchange.arm, exchange.on_parameter)
         node.create_service(MoveTip, "~/move_tip", self.on_move_tip)
         node.create_service(CancelMotion, "~/cancel", self.on_cancel)
-
-    @property
-    def is_ready(self) -> bool:
-        """Whether a goal would be planned at once."""
-        return self._beside is None or self._beside.is_ready
 
     def on_move_tip(self, request: MoveTip.Request, _: MoveTip.Response) -> MoveTip.Response | LateAnswer:
         """Begin to move, or say why not; by the clock another process plans."""
@@ -132,7 +128,7 @@ class TipGoals:
         """Go on with goals that were planned by now."""
         if self._beside is not None:
             self._beside.look()
-        if self._beside is None or (self._beside.is_ready and not self._beside.is_busy):
+        if self._beside is None or not self._beside.is_busy:
             self._looking.cancel()
 
     def _drop(self, why: str) -> int:

@@ -17,7 +17,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, TypeVar
 
-from flexarm_model.process.parent import ending_with
+from flexarm_model.process.punctual import anywhere, ordinary_children
 from flexarm_model.process.worker import HEAD, MODULE, framed
 
 T = TypeVar("T")
@@ -43,14 +43,11 @@ def at_once(thoughts: Thoughts[T], work: Callable[[Any], Any]) -> T:
 class Beside:
     """One ordinary process for the tasks of all thoughts, in the order in which they came.
 
-    It ends with this one. One that has ended by itself is begun anew.
-
-    Attributes:
-        is_ready: It has made what it works with.
+    It begins with the first of them, and ends with this one. One that has ended by itself is begun anew.
     """
 
     def __init__(self, name: str, make: Callable[..., Callable[[Any], Any]], *arguments: Any) -> None:
-        """Begin the process, which makes what it works with.
+        """Begin nothing yet.
 
         Args:
             name: What ``ps`` shows.
@@ -58,71 +55,74 @@ class Beside:
             arguments: Of it. They, tasks and results can be pickled.
         """
         self._name, self._first = name, framed((make, arguments))
+        self._process: subprocess.Popen[bytes] | None = None
+        self._new = deque[tuple[Thoughts[Any], Callable[[Any], None]]]()
         self._waiting = deque[tuple[Thoughts[Any], Callable[[Any], None], Any]]()
-        self._dropped = 0  # results that nobody waits for any more
-        self.is_ready = False
-        self._start()
+        self._is_made = self._is_at_work = self._is_idle_talk = False
 
     @property
     def is_busy(self) -> bool:
         """Whether thoughts are under way."""
-        return bool(self._waiting)
+        return bool(self._new or self._waiting)
 
     def begin(self, thoughts: Thoughts[T], done: Callable[[T], None]) -> None:
-        """Begin; ``done`` takes what they come to, at once where there is no task."""
-        self._go_on(thoughts, done, partial(next, thoughts))
+        """Begin as soon as there is a process; ``done`` takes what they come to."""
+        if self._process is None:
+            self._start()
+        self._new.append((thoughts, done))
         self._give()
 
     def look(self) -> None:
         """Go on with those whose task is done; to be called by the loop, which it never keeps waiting."""
-        if self._is_over:
+        if self._process is None:
             return
         self._write()
         for result in self._results():
-            if not self.is_ready:
-                self.is_ready = True
-                continue
-            self._is_at_work = False
-            if self._dropped:
-                self._dropped -= 1
-                continue
-            thoughts, done, _ = self._waiting.popleft()
-            self._go_on(thoughts, done, partial(thoughts.send, result))
-        if self._process.poll() is not None:
-            code = self._process.returncode
+            self._take(result)
+        if (code := self._process.poll()) is not None:
             self.end()
-            self._start()
-            self.drop(WorkLost(f"the process that works it out has ended ({code}); another one is begun"))
+            self.drop(WorkLost(f"the process that works it out has ended ({code})"))
         self._give()
 
     def drop(self, why: Exception) -> int:
         """Raise ``why`` where thoughts wait for a result, which nobody takes then; returns in how many."""
+        new, self._new = self._new, deque()
+        for thoughts, done in new:
+            self._go_on(thoughts, done, partial(next, thoughts))
         dropped, self._waiting = self._waiting, deque()
-        self._dropped = int(self._is_at_work)
+        self._is_idle_talk = self._is_at_work
         for thoughts, done, _ in dropped:
             self._go_on(thoughts, done, partial(thoughts.throw, why))
         return len(dropped)
 
     def end(self) -> None:
-        """End the process, whatever it does; nothing is looked at or begun any more."""
-        self._is_over = True
-        with self._process as process:  # closes the pipes, waits
-            process.kill()
+        """End the process, whatever it does."""
+        if self._process is not None:
+            with self._process as process:  # closes the pipes, waits
+                process.kill()
+        self._process, self._is_made, self._is_at_work = None, False, False
 
     def _start(self) -> None:
-        ending, pipe = ending_with(os.getpid()), subprocess.PIPE
-        command = [sys.executable, "-m", MODULE, self._name]
-        self._process = subprocess.Popen(
-            command, bufsize=0, stdin=pipe, stdout=pipe, start_new_session=True, preexec_fn=ending
-        )
+        pipe, cores = subprocess.PIPE, ",".join(map(str, anywhere()))
+        command = [sys.executable, "-m", MODULE, self._name, str(os.getpid()), cores]
+        with ordinary_children():  # nothing is called between fork and exec: that would copy this process
+            self._process = subprocess.Popen(
+                command, bufsize=0, stdin=pipe, stdout=pipe, start_new_session=True
+            )
         assert self._process.stdin is not None and self._process.stdout is not None
         self._tasks, self._found = self._process.stdin.fileno(), self._process.stdout.fileno()
         for each in (self._tasks, self._found):
             os.set_blocking(each, False)
         self._unsent, self._unread = bytearray(self._first), bytearray()
-        self.is_ready = self._is_over = self._is_at_work = False
-        self._dropped = 0
         self._write()
+
+    def _take(self, result: Any) -> None:
+        """Go on with a result; the first one says that the process has made what it works with."""
+        is_wanted, self._is_made = self._is_made and not self._is_idle_talk, True
+        self._is_at_work = self._is_idle_talk = False
+        if is_wanted:
+            thoughts, done, _ = self._waiting.popleft()
+            self._go_on(thoughts, done, partial(thoughts.send, result))
 
     def _go_on(self, thoughts: Thoughts[T], done: Callable[[T], None], step: Callable[[], Any]) -> None:
         try:
@@ -133,8 +133,11 @@ class Beside:
             self._waiting.append((thoughts, done, task))
 
     def _give(self) -> None:
-        """Send the next task if nothing is worked at."""
-        if self._waiting and not self._is_at_work:
+        """Begin what is new, and send the next task if nothing is worked at."""
+        while self._is_made and self._new:
+            thoughts, done = self._new.popleft()
+            self._go_on(thoughts, done, partial(next, thoughts))
+        if self._waiting and self._is_made and not self._is_at_work:
             self._is_at_work = True
             self._unsent += framed(self._waiting[0][2])
             self._write()

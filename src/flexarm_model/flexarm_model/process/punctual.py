@@ -75,6 +75,26 @@ def be_ordinary() -> None:
         os.sched_setaffinity(0, _allowed)
 
 
+def anywhere() -> list[int]:
+    """Return the cores that this process might run on before it stayed on some of them."""
+    return sorted(_allowed or os.sched_getaffinity(0))
+
+
+@contextmanager
+def ordinary_children() -> Iterator[None]:
+    """Let processes that the calling thread begins meanwhile be ordinary ones; their cores are this one's."""
+    policy, priority = os.sched_getscheduler(0), os.sched_getparam(0)
+    if policy == os.SCHED_OTHER:
+        yield
+        return
+    os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, priority)
+    try:
+        yield
+    finally:
+        with suppress(PermissionError):  # only root may take that back; threads are begun with it, too, then
+            os.sched_setscheduler(0, policy, priority)
+
+
 @contextmanager
 def ordinary_priority() -> Iterator[None]:
     """Let the calling thread run as any other meanwhile: what takes long must not hold up who is urgent.

@@ -12,6 +12,7 @@ import struct
 import sys
 from typing import Any, BinaryIO
 
+from flexarm_model.process.parent import ending_with
 from flexarm_model.process.process_title import set_process_title
 
 MODULE = "flexarm_model.process.worker"
@@ -37,8 +38,12 @@ def read(stream: BinaryIO) -> Any:
 
 
 def main() -> None:
-    """Do tasks until there are no more."""
-    set_process_title(f"flexarm:{sys.argv[1]}")
+    """Do tasks until there are no more; the arguments are a name, the parent's number and the cores."""
+    name, parent, cores = sys.argv[1:]
+    os.sched_setaffinity(0, [int(core) for core in cores.split(",")])
+    if not ending_with(int(parent))():
+        return
+    set_process_title(f"flexarm:{name}")
     tasks = sys.stdin.buffer
     with os.fdopen(os.dup(1), "wb") as results:
         os.dup2(2, 1)
