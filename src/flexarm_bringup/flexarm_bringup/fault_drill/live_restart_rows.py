@@ -45,6 +45,7 @@ def _restarted(rig: LiveRig, name: str) -> list[Finding]:
     rig.listen(2.0 * WATCHED)
     e0 = _rms(_tip_errors(rig, -math.inf))
     strike(rig, name, signal.SIGKILL)
+    rig.wait(lambda: any(not passes(msg) for _, msg in rig.came["guard_status"]), "the guard's stop")
     if name == "estimator":  # so that somebody asks the law as soon as there is a state, sure or not
         _arm_at_once(rig)
     else:

@@ -27,6 +27,7 @@ from flexarm_bringup.rig_run.watch_node import WatchNode
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import hold
+from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.ros.node import MODELS_QOS, RELIABLE_QOS
 
 Array = NDArray[np.float64]
@@ -36,6 +37,7 @@ TOPICS = (
 )  # fmt: skip
 LOOK_PERIOD = 0.005  # s
 ASK_PERIOD, RECENT = 1.0, 0.1  # s
+BEHIND = 1_000_000_000  # ns, by which a listener may be behind; a clock that jumped is farther off
 PATIENCE = 120.0  # s for what takes a few seconds on a machine that nobody else uses
 
 
@@ -98,9 +100,11 @@ class LiveRig:
 
     def swing(self) -> None:
         """Send the arm to its other place; it is led there at its velocity limit."""
-        stamp = self.came["joint_states"][-1][1].header.stamp
+        newest, now = stamp_to_ns(self.came["joint_states"][-1][1].header.stamp), time.time_ns()
+        if abs(now - newest) < BEHIND:  # it may have waited here, and a reference must not begin long ago
+            newest = now
         names = tuple(self.stand.stand.arm.config.actuated)
-        msg = reference_to_msg(hold(next(self._goals)), names, stamp.sec * 10**9 + stamp.nanosec)
+        msg = reference_to_msg(hold(next(self._goals)), names, newest)
         self._references.publish(msg)
 
     def tell_faults(self, text: str) -> None:

@@ -64,6 +64,7 @@ def _played(
         rig.listen(UNDER_WAY)
         rig.forget()
         rig.listen(SILENCE)
+        rig.wait(lambda: bool(rig.came["joint_states"]), "joint_states")
         hit = stamp(rig.came["joint_states"][-1][1])
         strike(rig)
         rig.listen(WATCHED)
