@@ -7,6 +7,7 @@ drafts and plans are data.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 
@@ -23,8 +24,9 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
 from flexarm_controller.reference import Reference, hold
 from flexarm_model.manipulator.description import ManipulatorConfig
-from flexarm_model.served.linearize import linearize
+from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -123,8 +125,9 @@ class PlanningProcess:
         tree = ReducedTree(arm)
         self._planner = GoalPlanner(TipKinematics(tree), limits_of(arm), config)
         home, goal = np.array(arm.home, dtype=float), np.eye(4)
-        goal[:3, 3] = self._planner.tip.at_rest(home + SMALL)
-        self(Draft(TipGoal(goal), hold(home, 0.0), 1.0, linearize(tree), {}))
+        with suppress(PoseError, ClosureError):  # whoever has a goal is told
+            goal[:3, 3] = self._planner.tip.at_rest(home + SMALL)
+            self(Draft(TipGoal(goal), hold(home, 0.0), 1.0, linearize(tree), {}))
 
     def __call__(self, draft: Draft) -> Plan | MotionError:
         """Return what was found."""
