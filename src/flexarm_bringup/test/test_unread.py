@@ -25,7 +25,9 @@ def test_what_nobody_looks_at_is_not_read_and_nothing_twice() -> None:
 
 
 def test_what_is_forgotten_is_gone_and_more_may_come() -> None:
-    found, _ = unread()
+    found, decoded = unread()
+    del found[:-1]
+    assert list(found) == ["d"] and decoded == [b"d"]
     found.clear()
     assert not found and list(found) == []
     found.append(b"e")

@@ -40,6 +40,10 @@ class Unread(Sequence[Any]):
             self._messages[k] = self._decode(self._messages[k])
         return self._messages[k]
 
+    def __delitem__(self, k: int | slice) -> None:
+        """Forget one or some."""
+        del self._messages[k]
+
     def __iter__(self) -> Iterator[Any]:
         """Go through all that are there now."""
         return (self[k] for k in range(len(self)))
