@@ -192,8 +192,8 @@ def _effort(stand: SystemStand) -> list[float]:
 def _applied(stand: SystemStand, ear: Ear) -> int:
     """Return how many torques that were let through come near what was forged."""
     forged = _effort(stand)
-    told = (msg.effort for msg in ear.heard["applied_effort"])
-    return sum(all(x > 0.5 * y for x, y in zip(effort, forged, strict=True)) for effort in told)
+    heard: list[Any] = ear.heard["applied_effort"]
+    return sum(all(x > 0.5 * y for x, y in zip(msg.effort, forged, strict=True)) for msg in heard)
 
 
 def _forged_everywhere(stand: SystemStand) -> list[Finding]:

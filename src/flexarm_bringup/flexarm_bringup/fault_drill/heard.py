@@ -1,11 +1,9 @@
-"""What came on a topic and when; see ``unread``."""
+"""What came on a topic, as bytes until somebody looks: who watches a rig must not keep its cores busy."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, overload
-
-from flexarm_bringup.processes.unread import Unread
 
 Arrival = tuple[float, Any]  # time.time() [s], message
 
@@ -15,7 +13,9 @@ class Heard(Sequence[Arrival]):
 
     def __init__(self, decode: Callable[[bytes], Any]) -> None:
         """Start empty; ``decode`` makes a message of its bytes."""
-        self._times, self._messages = list[float](), Unread(decode)
+        self._decode = decode
+        self._times: list[float] = []
+        self._messages: list[Any] = []  # bytes, or what was made of them
 
     def add(self, at: float, raw: bytes) -> None:
         """Note a message that came at a time [s]."""
@@ -52,6 +52,8 @@ class Heard(Sequence[Arrival]):
         """Return one or some."""
         if isinstance(k, slice):
             return [self[i] for i in range(*k.indices(len(self)))]
+        if isinstance(self._messages[k], bytes):
+            self._messages[k] = self._decode(self._messages[k])
         return self._times[k], self._messages[k]
 
     def __iter__(self) -> Iterator[Arrival]:

@@ -6,14 +6,12 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import rclpy
 from domain_coordinator import domain_id
 from rclpy.qos import QoSProfile
-from rclpy.serialization import deserialize_message
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
@@ -22,7 +20,6 @@ from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.spinning import MANY, spin_once
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import defaults
-from flexarm_bringup.processes.unread import Unread
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_model.process.security import check_unsecured
 from flexarm_model.ros.node import LATCHED_QOS, events_executor
@@ -52,16 +49,16 @@ class Ear:
         self.node = rclpy.create_node("ear", namespace=NAMESPACE)
         self._executor = events_executor()
         self._executor.add_node(self.node)
-        self.heard: dict[str, Unread] = {}
+        self.heard: dict[str, list[Any]] = {topic: [] for topic in topics}
         self.ready: dict[str, bool] = {}
         self._clients: dict[str, Any] = {}
         for topic in topics:
             stream = find_stream(topic if topic.startswith("/") else f"{NAMESPACE}/{topic}")
             if stream is None:
                 raise KeyError(topic)
-            kind = message_class(stream.type)
-            self.heard[topic] = unread = Unread(partial(deserialize_message, message_type=kind))
-            self.node.create_subscription(kind, topic, unread.append, DEEP_QOS, raw=True)
+            self.node.create_subscription(
+                message_class(stream.type), topic, self.heard[topic].append, DEEP_QOS
+            )
 
     def wait(self, condition: Callable[[], bool], seconds: float, what: str) -> None:
         """Listen until ``condition`` holds.
