@@ -108,6 +108,24 @@ def test_what_takes_long_runs_as_any_other_on_any_core_and_its_threads_are_urgen
     assert said_by_urgent(code).split() == ["True", "True", "True"]
 
 
+def test_who_is_not_root_begins_ordinary_children_and_may_be_ordinary_after_that():
+    """Linux lets only root take back that children are ordinary: to be so itself without that was refused."""
+    code = (
+        "import os, subprocess\n"
+        "from flexarm_model.process.punctual import be_ordinary, ordinary_children, raise_priority\n"
+        "if why := raise_priority(1): print(why); raise SystemExit\n"
+        "if os.geteuid() == 0: os.setuid(65534)\n"
+        "for _ in range(2):\n"
+        "    with ordinary_children():\n"
+        "        stat = subprocess.check_output(['cat', '/proc/self/stat'])\n"
+        "    print(int(stat.split()[40]) == os.SCHED_OTHER)\n"
+        "    print(os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_RR)\n"
+        "be_ordinary()\n"
+        "print(os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER)"
+    )
+    assert said_by_urgent(code).split() == ["True"] * 5
+
+
 def test_an_ordinary_process_stays_as_it_is():
     with ordinary_priority():
         assert os.sched_getscheduler(0) == os.SCHED_OTHER

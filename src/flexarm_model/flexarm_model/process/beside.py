@@ -100,7 +100,8 @@ class Beside:
         if self._process is not None:
             with self._process as process:  # closes the pipes, waits
                 process.kill()
-        self._process, self._is_made, self._is_at_work = None, False, False
+        self._process = None
+        self._is_made = self._is_at_work = self._is_idle_talk = False
 
     def _start(self) -> None:
         pipe, cores = subprocess.PIPE, ",".join(map(str, anywhere()))

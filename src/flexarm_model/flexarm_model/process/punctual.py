@@ -70,7 +70,8 @@ def be_ordinary() -> None:
     What a thread beside the loop thinks about would keep the loop from its core for the 0.1 s of a turn, and
     an ordinary one gets next to nothing of a core that an urgent process fills.
     """
-    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    kept = os.sched_getscheduler(0) & os.SCHED_RESET_ON_FORK  # see ``ordinary_children``
+    os.sched_setscheduler(0, os.SCHED_OTHER | kept, os.sched_param(0))
     if _allowed:
         os.sched_setaffinity(0, _allowed)
 
@@ -84,15 +85,19 @@ def anywhere() -> list[int]:
 def ordinary_children() -> Iterator[None]:
     """Let processes that the calling thread begins meanwhile be ordinary ones; their cores are this one's."""
     policy, priority = os.sched_getscheduler(0), os.sched_getparam(0)
-    if policy == os.SCHED_OTHER:
+    if _is_ordinary(policy):
         yield
         return
     os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, priority)
     try:
         yield
     finally:
-        with suppress(PermissionError):  # only root may take that back; threads are begun with it, too, then
+        with suppress(PermissionError):  # only root may take it back; its threads are ordinary, too, then
             os.sched_setscheduler(0, policy, priority)
+
+
+def _is_ordinary(policy: int) -> bool:
+    return policy & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER
 
 
 @contextmanager
@@ -102,7 +107,7 @@ def ordinary_priority() -> Iterator[None]:
     Threads that it begins meanwhile get its own priority and cores in the end.
     """
     policy, priority = os.sched_getscheduler(0), os.sched_getparam(0)
-    if policy == os.SCHED_OTHER:
+    if _is_ordinary(policy):
         yield
         return
     cores, before = os.sched_getaffinity(0), set(os.listdir(_THREADS))
