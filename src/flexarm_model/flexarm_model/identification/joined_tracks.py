@@ -9,6 +9,7 @@ its tracks do not break, and noise has short ones of it everywhere.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from flexarm_model.identification.lscf import OrderPoles
 from flexarm_model.identification.stabilisation import LASTING, Track, likeness, tracks
@@ -19,27 +20,37 @@ NEAR = 0.5  # distance of the poles over the smaller decay
 ALIKE = 0.9  # assurance criterion from which shapes are the same [1]
 
 
+class _Settled(NamedTuple):
+    """A track and its pole, which is a median of many: it is asked for once per pair."""
+
+    track: Track
+    pole: complex
+
+
 def lasting_modes(chart: Sequence[OrderPoles]) -> tuple[Track, ...]:
     """Return the modes that last for the share of the orders, slowest first."""
-    whole = list[Track]()
+    whole = list[_Settled]()
     for track in sorted(tracks(chart), key=lambda track: len(track.orders), reverse=True):
-        home = next((i for i, other in enumerate(whole) if _is_same(other, track)), None)
+        settled = _Settled(track, track.pole)
+        home = next((i for i, other in enumerate(whole) if _is_same(other, settled)), None)
         if home is None:
-            whole.append(track)
+            whole.append(settled)
         else:
-            whole[home] = _together(whole[home], track)
-    lasting = (track for track in whole if len(track.orders) >= LASTING * len(chart))
-    return tuple(sorted(lasting, key=lambda track: abs(track.pole)))
+            joined = _together(whole[home].track, track)
+            whole[home] = _Settled(joined, joined.pole)
+    lasting = (each for each in whole if len(each.track.orders) >= LASTING * len(chart))
+    return tuple(track for track, _ in sorted(lasting, key=lambda each: abs(each.pole)))
 
 
-def _is_same(a: Track, b: Track) -> bool:
-    common = len(set(a.orders) & set(b.orders))
-    if common > TURNS * min(len(a.orders), len(b.orders)):
-        return False
+def _is_same(a: _Settled, b: _Settled) -> bool:
     if min(-a.pole.real / abs(a.pole), -b.pole.real / abs(b.pole)) < HEAVY:
         return False
-    is_near = abs(a.pole - b.pole) < NEAR * min(-a.pole.real, -b.pole.real)
-    return is_near and likeness(a.participation, b.participation) > ALIKE
+    if abs(a.pole - b.pole) >= NEAR * min(-a.pole.real, -b.pole.real):
+        return False
+    common = len(set(a.track.orders) & set(b.track.orders))
+    if common > TURNS * min(len(a.track.orders), len(b.track.orders)):
+        return False
+    return likeness(a.track.participation, b.track.participation) > ALIKE
 
 
 def _together(longer: Track, other: Track) -> Track:
