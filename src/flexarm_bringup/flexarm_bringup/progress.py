@@ -31,6 +31,11 @@ class Progress:
             self._last = now
         self._step = text.split(":")[0]
 
+    def tell(self, text: str) -> None:
+        """Tell something that stays to be read, whatever is being done."""
+        self.done()
+        print(f"[{time.monotonic() - self._start:5.1f} s] {text}", file=sys.stderr, flush=True)
+
     def counted(self, doing: str, things: str) -> Callable[[int, int], None]:
         """Return who tells how many of how many things are done, and about how long the others take."""
         began = time.monotonic()

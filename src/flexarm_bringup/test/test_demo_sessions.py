@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.demo_run import command, nodes_runs
-from flexarm_bringup.demo_run import timekeeping as timekeeping_module
 from flexarm_bringup.demo_run.sessions import outcomes_of
 from flexarm_bringup.demo_run.timekeeping import Timekeeping, timekeeping
 from flexarm_bringup.demo_run.unfinished import why_unfinished
+from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.processes.machine_speed import CLASS_US
 from flexarm_bringup.processes.session import Session, SessionError
+from flexarm_bringup.processes.speed_witness import SpeedWitness
 from flexarm_bringup.processes.standstill import Standstill, Witnesses
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.record import RunRecord
@@ -68,6 +69,21 @@ def test_a_machine_that_cannot_keep_real_time_still_shows_what_lockstep_was_wort
     assert len(set(tried)) == len(tried) == 6
 
 
+def test_a_picture_is_there_before_the_nodes_begin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a slow machine it came after eight minutes, with the last run; it needs none of them."""
+    monkeypatch.setattr(command, "run_jobs", lambda *_: [])
+    monkeypatch.setattr(command, "draw_tip", lambda study: Figure("tip", "<svg></svg>"))
+
+    def sessions(*_: object) -> None:
+        assert (tmp_path / "still_tip.svg").read_text().startswith("<svg")
+        raise SessionError("the nodes")
+
+    monkeypatch.setattr(command, "_run_sessions", sessions)
+    args = argparse.Namespace(folder=tmp_path, name=None, no_dds=False, json=None, html=None)
+    with pytest.raises(SessionError, match="the nodes"):
+        command.run(args)
+
+
 def test_the_machine_is_watched_by_the_clock_alone_and_also_where_the_run_breaks_off(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -77,10 +93,12 @@ def test_the_machine_is_watched_by_the_clock_alone_and_also_where_the_run_breaks
         now = time.monotonic()
         self.standstills = [Standstill(now - 0.05, now)]
 
-    steps = iter([3.0 * CLASS_US, 2.0 * CLASS_US])
-    monkeypatch.setattr(timekeeping_module, "filterpy_step_us", lambda: next(steps))
-    monkeypatch.setattr(Witnesses, "__enter__", lambda self: self)
-    monkeypatch.setattr(Witnesses, "__exit__", seen)
+    def timed(self: SpeedWitness, *_: object) -> None:
+        self.steps_us = [0.5 * CLASS_US, 2.0 * CLASS_US, 9.0 * CLASS_US]
+
+    for witness, end in ((Witnesses, seen), (SpeedWitness, timed)):
+        monkeypatch.setattr(witness, "__enter__", lambda self: self)
+        monkeypatch.setattr(witness, "__exit__", end)
     with timekeeping(False) as lockstep:
         pass
     with pytest.raises(SessionError), timekeeping(True) as live:

@@ -26,3 +26,15 @@ def test_who_waits_is_told_how_long_it_may_still_take(
         "simulating: 20 of 21 jobs, about 10 s left",
         "simulating: 21 of 21 jobs",
     ]
+
+
+def test_what_is_to_stay_has_a_line_of_its_own(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    progress = Progress()
+    progress.say("drawing")
+    progress.tell("wrote a picture")
+    progress.say("running nodes")
+    seen = [line.rpartition("\r")[2] for line in capsys.readouterr().err.split("\n")]
+    assert [line.partition("] ")[2] for line in seen] == ["wrote a picture", "running nodes"]

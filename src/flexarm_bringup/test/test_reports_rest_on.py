@@ -65,8 +65,8 @@ REPORTS: list[tuple[str, dict[str, Any]]] = [
     ("model single_link", {}),
     ("model single_link --grid 2", {}),
     ("sim single_link", SIMULATED),
-    ("demo --no-dds --folder DIR", {"run_jobs": none_of, "draw": lambda *_: [Figure("", "")],
-                                    "build_page": nothing}),
+    ("demo --no-dds --folder DIR", {"run_jobs": none_of, "draw_tip": lambda _: Figure("", ""),
+                                    "draw": lambda *_: [], "build_page": nothing}),
     ("demo single_link --no-dds --folder DIR", {"run_task_demo.draw": none_of}
      | {f"run_task_demo.{name}": stub for name, stub in SIMULATED.items()}),
     ("compare single_link", {"_plan": lambda *_: (None, {"geared": SimpleNamespace(legs=[SINGLE_LEG])}),

@@ -18,7 +18,7 @@ from pathlib import Path
 from flexarm_bringup.arguments import output_file, output_folder
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.bag_writer import BagError
-from flexarm_bringup.demo_run.figures import draw
+from flexarm_bringup.demo_run.figures import draw, draw_tip
 from flexarm_bringup.demo_run.nodes_runs import NodesRun, Say, run_all
 from flexarm_bringup.demo_run.report import build_page
 from flexarm_bringup.demo_run.sessions import SessionRun, outcomes_of
@@ -93,10 +93,12 @@ def _run_comparison(args: argparse.Namespace) -> int:
     args.folder.mkdir(parents=True, exist_ok=True)
     progress = Progress()
     study = run_jobs(jobs(PRESETS), progress.counted("comparing schemes", "runs"))
+    picture = args.folder / "still_tip.svg"
+    picture.write_text(standalone(draw_tip(study)), encoding="utf-8")
+    progress.tell(f"wrote {picture}: what the tip does under each law")
     sessions, failures = ([], []) if args.no_dds else _run_sessions(args, progress)
     progress.say("drawing")
     figures = draw(study, sessions)
-    (args.folder / "still_tip.svg").write_text(standalone(figures[0]), encoding="utf-8")
     arm = load_config(find_manipulator("single_link"), PRESETS[0])
     page = resting_on(build_page(study, sessions, figures, failures), arm)
     progress.done()

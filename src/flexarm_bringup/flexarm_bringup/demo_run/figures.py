@@ -20,13 +20,22 @@ FAR = 2.0  # times the largest torque: a limit beyond would make the curves flat
 CURVES = ((SERVO, "A"), (SERVO, "B"), ("lqr", "A"), ("mpc", "A"), ("mpc", "ZVD"))
 
 
+def draw_tip(study: Sequence[Outcome]) -> Figure:
+    """Return the first figure of the page: what the tip does under each law."""
+    return _tip(_shown(study))
+
+
 def draw(study: Sequence[Outcome], sessions: Sequence[SessionRun]) -> list[Figure]:
     """Return the figures of the page."""
-    geared = {(o.row.law, o.row.motion): o for o in study if _is_shown(o)}
+    geared = _shown(study)
     figures = [_tip(geared), _residual(study), _torque(geared)]
     recorded = next((o for run in sessions for o in run.outcomes if o.row.angle_deg == SHOWN_DEG), None)
     figures.insert(2, _modes(recorded or geared["mpc", "A"]))
     return figures
+
+
+def _shown(study: Sequence[Outcome]) -> dict[tuple[str, str], Outcome]:
+    return {(o.row.law, o.row.motion): o for o in study if _is_shown(o)}
 
 
 def _is_shown(outcome: Outcome) -> bool:

@@ -2,11 +2,12 @@
 
 What counts is what the machine cost: a period without a command is the machine's when the guard told it with
 its first status after a standstill, else the loop's. Nor is one that is much slower than the class of machine
-for which real time is claimed: plain filterpy, timed before and after the run, tells that.
+for which real time is claimed: plain filterpy, timed beside the run, tells that.
 """
 
 from __future__ import annotations
 
+import statistics
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,7 +16,8 @@ from typing import Any
 
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.processes.late_cycles import LateCycles
-from flexarm_bringup.processes.machine_speed import filterpy_step_us, in_words, slowness
+from flexarm_bringup.processes.machine_speed import in_words, slowness
+from flexarm_bringup.processes.speed_witness import SpeedWitness
 from flexarm_bringup.processes.standstill import Standstill, Witnesses
 
 WITHOUT_COMMAND = 0.01  # share of motor periods in real time, at most
@@ -30,7 +32,7 @@ class Timekeeping:
     Attributes:
         seen: How it stood still, in words; empty where it did not, or nobody watched.
         standstills: Of its cores, by the clock of the stamps [s].
-        slow: How many times as long it takes as the class of machine, before and after the run [1].
+        slow: How many times as long it takes as the class of machine, in half of its seconds or more [1].
         excuse: Why it cannot judge that run; empty where it can.
     """
 
@@ -66,16 +68,16 @@ def timekeeping(by_the_clock: bool) -> Iterator[Timekeeping]:
     Args:
         by_the_clock: Whether the run is: nobody watches one in lockstep.
     """
-    kept, witnesses = Timekeeping(), Witnesses()
+    kept, witnesses, speed = Timekeeping(), Witnesses(), SpeedWitness()
     if not by_the_clock:
         yield kept
         return
-    before = filterpy_step_us()
     try:
-        with witnesses:
+        with witnesses, speed:
             yield kept
     finally:
-        kept.slow = slowness(before, filterpy_step_us())
+        if speed.steps_us:
+            kept.slow = slowness(statistics.median(speed.steps_us))
         since = time.time() - time.monotonic()
         if witnesses.are_heard:
             kept.seen = witnesses.seen
