@@ -48,14 +48,22 @@ def test_what_a_guard_told_last_acts_for_a_while_and_no_longer() -> None:
 
 @pytest.mark.parametrize("silent", [[2, 3], [3, 5]])
 def test_drives_that_measure_nothing_for_a_while_are_as_they_were(silent: list[int]) -> None:
-    """With a new word of the guard that acts, without one what acted before goes on."""
+    """Whatever is told meanwhile: a flood of forged torques acted wherever a measurement was missing."""
     told = [1.0, 1.0, 2.0, None, 2.0, 2.0, 2.0]
-    measured = [1.0, 5.0, 5.0, 5.0, 5.0, 5.0, 2.0]
+    measured = [1.0, 5.0, 5.5, 6.0, 6.5, 7.0, 2.0]
     ends = acted(told, [None if k in silent else tau for k, tau in enumerate(measured)])
     expected = list(measured)
     for k in silent:
-        expected[k] = ends[k - 1] if told[k] is None else 2.0
+        expected[k] = ends[k - 1]
     assert ends == expected
+
+
+def test_drives_that_have_fallen_silent_leave_the_guard_to_be_believed() -> None:
+    told = [1.0, *[2.0] * 19]
+    measured = [1.0, 5.0, *[None] * 18]
+    ends = acted(told, measured)
+    assert ends[:12] == [1.0, *[5.0] * 11]
+    assert ends[12:] == [2.0] * 8
 
 
 def test_a_guard_that_agrees_again_without_a_new_word_is_believed_again() -> None:

@@ -2,8 +2,9 @@
 
 What the guard tells is what it wants, without noise and in time. Where the drives measured something else, it
 was not the guard who spoke, or the drives did not obey; then the drives are right, until they agree closely
-with what is told: drives that brake by themselves pass what a guard wants from them on their way to rest. Of
-a guard that has fallen silent the last word does not act any more.
+with what is told: drives that brake by themselves pass what a guard wants from them on their way to rest. A
+period without a measurement, or two, changes nothing about that: where forged torques flood the loop, one of
+them would act in each. Of a guard that has fallen silent the last word does not act any more.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 _MOST_WAITING = 200  # torques
 _AGREEMENT = 0.05  # share of the torque limit by which drives may measure another torque than was told
 _AGAIN = 0.01  # the same for drives that did not obey before
-_SILENCE = 50_000_000  # ns after which what the guard told last is not what acts
+_SILENCE = 50_000_000  # ns after which what guard or drives told last is not what acts
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class AppliedTorque:
         self._waiting: deque[Torque] = deque(maxlen=_MOST_WAITING)
         self._told: Torque | None = None
         self._measured: Array | None = None
+        self._measured_ns = 0
         self._disobeyed = False
 
     def tell(self, torque: Torque) -> None:
@@ -76,7 +78,8 @@ class AppliedTorque:
         told, measured = self._told, self._measured
         self._measured = None
         if measured is None:
-            return False
+            return self._disobeyed and 0 <= stamp_ns - self._measured_ns <= _SILENCE
+        self._measured_ns = stamp_ns
         if told is not None:
             tolerance = (_AGAIN if self._disobeyed else _AGREEMENT) * self._limits
             is_silent = not 0 < stamp_ns - told.stamp_ns <= _SILENCE
