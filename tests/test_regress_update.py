@@ -35,7 +35,7 @@ def content(case: Path) -> dict[str, bytes]:
     return {str(p.relative_to(case)): p.read_bytes() for p in sorted(case.rglob("*")) if p.is_file()}
 
 
-@pytest.mark.parametrize("step", ["write_case", "replace", "rename"])
+@pytest.mark.parametrize("step", ["write_case", "replace", pytest.param("rename", marks=pytest.mark.slow)])
 def test_an_update_that_fails_leaves_the_case_as_it_was(
     step: str, case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -61,7 +61,7 @@ def test_an_update_that_fails_leaves_the_case_as_it_was(
     assert sorted(path.name for path in case.iterdir()) == sorted(DUMPED)
 
 
-@pytest.mark.parametrize("is_past_it", [False, True])
+@pytest.mark.parametrize("is_past_it", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_an_update_that_was_killed_is_no_obstacle_to_the_next(
     is_past_it: bool, case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -107,7 +107,14 @@ def test_an_update_says_which_topic_went(
     assert row[-3:] == [str(count), str(count), "0"]
 
 
-@pytest.mark.parametrize("change", ["looser", "one more ignored", "not told"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        "looser",
+        pytest.param("one more ignored", marks=pytest.mark.slow),
+        pytest.param("not told", marks=pytest.mark.slow),
+    ],
+)
 def test_a_tolerance_that_was_changed_is_refused_until_it_is_accepted(
     change: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -57,7 +57,7 @@ def test_mpc_on_the_worst_motion_is_29_db_quieter_and_settles(preset: str) -> No
     assert worst.row.figures.settling < 0.15
 
 
-@pytest.mark.parametrize("error", [-0.10, 0.10])
+@pytest.mark.parametrize("error", [-0.10, pytest.param(0.10, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("preset", [pytest.param("geared", marks=pytest.mark.slow), "light_hub"])
 def test_mpc_bears_ten_percent_of_frequency_error(preset: str, error: float) -> None:
     for outcome in run_job(Job(preset, "mpc", (30.0,), error)):

@@ -55,6 +55,7 @@ def test_the_moves_file_of_the_walk_through_can_be_used(tmp_path: Path) -> None:
     assert task.settings["schedule"] == {"angle": 0.1}
 
 
+@pytest.mark.slow
 def test_on_its_tour_in_a_vertical_plane_no_sound_sensor_is_accused(tmp_path: Path) -> None:
     path = tmp_path / "arm.yaml"
     text = ARM.read_text(encoding="utf-8")

@@ -83,6 +83,7 @@ def test_a_worn_arm_stands_still_at_home_under_the_torques_that_hold_it(name: st
     assert loaded.any()
 
 
+@pytest.mark.slow
 def test_six_undamped_gears_that_hit_for_a_second_keep_their_energy() -> None:
     """In steps that follow the served modes alone it grew 100 times: light parts stand at stiff gears."""
     config = without_losses(load_config(find_manipulator("serial_6r")))

@@ -42,7 +42,7 @@ def test_a_boom_that_is_out_counts_as_long_as_it_gets() -> None:
     assert error == pytest.approx((0.5 + 0.15 + 0.4) / SIGMAS, rel=0.05)
 
 
-@pytest.mark.parametrize("condition", [NOMINAL, "mass +20 %"])
+@pytest.mark.parametrize("condition", [NOMINAL, pytest.param("mass +20 %", marks=pytest.mark.slow)])
 def test_a_telescope_that_turns_tours_its_poses_without_a_sound_sensor_accused(condition: str) -> None:
     """Without the error the encoder of the sliding axis was refused, then accused, and the state lost."""
     (job,) = sim_jobs(task_for(str(TELESCOPE)), ("",), [condition])[-1:]

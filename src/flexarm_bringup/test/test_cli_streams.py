@@ -25,14 +25,21 @@ def shell(command: str, **environment: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize("closing", [">&-", "<&- >&- 2>&-", ">&- --json -"])
+@pytest.mark.parametrize(
+    "closing",
+    [
+        "<&- >&- 2>&-",
+        pytest.param(">&-", marks=pytest.mark.slow),
+        pytest.param(">&- --json -", marks=pytest.mark.slow),
+    ],
+)
 def test_closed_streams_change_no_exit_code(closing: str) -> None:
     done = shell(f"{FLEXARM} model single_link {closing}")
     assert done.returncode == 0 and "Traceback" not in done.stderr
     assert shell(f"{FLEXARM} model no_such_arm >&- 2>&-").returncode == 2
 
 
-@pytest.mark.parametrize("encoding", ["latin-1", "ascii"])
+@pytest.mark.parametrize("encoding", [pytest.param("latin-1", marks=pytest.mark.slow), "ascii"])
 def test_a_terminal_without_the_characters_shows_question_marks(encoding: str) -> None:
     done = shell(f"{FLEXARM} model single_link", PYTHONIOENCODING=encoding)
     assert done.returncode == 0, done.stderr

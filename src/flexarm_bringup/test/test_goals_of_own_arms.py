@@ -50,7 +50,7 @@ def run_goal(start: list[float], goal: list[float], arm: str = str(ARM), **estim
     ("start", "goal"),
     [
         ([0.0, 0.5], [2.0, 0.5]),  # the shoulder alone, at 4 rad/s
-        ([0.318, 0.841], [2.18, 1.40]),
+        pytest.param([0.318, 0.841], [2.18, 1.40], marks=pytest.mark.slow),
         ([0.0, 1.5], [2.0, -1.5]),
     ],
 )

@@ -51,7 +51,12 @@ def tip_errors(fault: str, *, has_gyroscope: bool) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("silent", "share"), [(("encoder",), 0.6), (("root_strain",), 0.8), (("encoder", "camera"), 0.4)]
+    ("silent", "share"),
+    [
+        pytest.param(("encoder",), 0.6, marks=pytest.mark.slow),
+        pytest.param(("root_strain",), 0.8, marks=pytest.mark.slow),
+        (("encoder", "camera"), 0.4),
+    ],
 )
 def test_the_tip_is_known_better_where_others_are_silent(silent: tuple[str, ...], share: float) -> None:
     fault = "; ".join(f"{name}: off {START} {END}" for name in silent)

@@ -34,6 +34,7 @@ def identified(*f_hz: float, sigma: float = 1e-3) -> PoleFit:
     )
 
 
+@pytest.mark.slow
 def test_a_mode_that_noise_made_up_spoils_no_fit_and_is_told() -> None:
     """It lay in the band, nearest to a mode above that was not excited: a modulus was off by seven sigmas."""
     home = load_config(TWO_LINK).home

@@ -15,7 +15,7 @@ OFF = SensorFault("off", start=FAULT_START, end=FAULT_END)
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(3, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("machine", ["single_link", "planar_3rrr"])
+@pytest.mark.parametrize("machine", ["single_link", pytest.param("planar_3rrr", marks=pytest.mark.slow)])
 def test_no_sensor_is_called_faulty_in_or_after_an_outage_of_all_gauges(machine: str, seed: int) -> None:
     stand = Stand(machine, seed)
     gauges = [spec.name for spec in stand.sensors if spec.kind == "strain_gauge"]

@@ -77,6 +77,7 @@ def test_excursions_are_those_of_a_square_that_is_too_large() -> None:
         assert [part.out, part.inside, part.mean, part.largest] == pytest.approx([1, 0, 1, 1], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_motors_on_their_path_put_the_rigid_robots_flange_on_the_square() -> None:
     joints, path = lap().joints, lap().path
     for k in (0, 300, 900, 1500, len(path.t) - 1):

@@ -95,7 +95,9 @@ def all_off() -> tuple[ToggleSensor, ...]:
     return tuple(ToggleSensor(name, False, channels) for name, channels in OFF.items())
 
 
-@pytest.mark.parametrize("filter_", ["linear", "corrected", "extended", "unscented"])
+@pytest.mark.parametrize(
+    "filter_", ["linear", "corrected", "extended", pytest.param("unscented", marks=pytest.mark.slow)]
+)
 def test_without_channels_it_is_the_estimator_of_an_arm_that_has_none(arms: Arms, filter_: str) -> None:
     made, plain = arms.estimator(arms.whole, filter_), arms.estimator(arms.part, filter_)
     do(made, *all_off())

@@ -51,7 +51,7 @@ def assert_sound(estimate):
         assert np.isfinite([report.age, report.normalised]).all()
 
 
-@pytest.mark.parametrize("loss", ["square", "huber"])
+@pytest.mark.parametrize("loss", ["square", pytest.param("huber", marks=pytest.mark.slow)])
 @settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(steps=st.lists(st.tuples(st.lists(SAMPLES, max_size=4), TORQUES, TIMES), min_size=1, max_size=12))
 def test_garbage_never_raises_and_never_gets_out(loss, steps):

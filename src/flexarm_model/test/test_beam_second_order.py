@@ -78,7 +78,7 @@ def off(frame: str, size: float) -> float:
     return float(np.linalg.norm([*off_line, *off_turn]))
 
 
-@pytest.mark.parametrize("frame", ["clamped", "chord"])
+@pytest.mark.parametrize("frame", ["clamped", pytest.param("chord", marks=pytest.mark.slow)])
 def test_what_is_left_out_of_a_node_is_of_third_order(frame: str) -> None:
     """Bending both ways and twist at once; halving the coordinates leaves an eighth."""
     errors = [off(frame, size) for size in (0.8, 0.4, 0.2)]
