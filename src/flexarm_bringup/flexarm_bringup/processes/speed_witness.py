@@ -32,10 +32,10 @@ class SpeedWitness:
     def __init__(self) -> None:
         """Start nothing yet."""
         self.steps_us: Sequence[float] = ()
-        self._file = tempfile.TemporaryFile("w+")  # noqa: SIM115 (closed in __exit__)
 
     def __enter__(self) -> SpeedWitness:
         """Begin to time."""
+        self._file = tempfile.TemporaryFile("w+")  # noqa: SIM115 (closed in __exit__)
         command = [sys.executable, "-m", __name__, str(os.getpid())]
         self._child = subprocess.Popen(command, stdout=self._file)
         return self
