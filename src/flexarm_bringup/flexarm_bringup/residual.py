@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import butter, sosfiltfilt
 
 Array = NDArray[np.float64]
 
@@ -48,8 +48,8 @@ def lowpass(signal: ArrayLike, rate_hz: float) -> Array:
     """
     if rate_hz <= 2.0 * CUTOFF_HZ:
         raise ValueError(f"a record of {rate_hz:g} Hz cannot be filtered at {CUTOFF_HZ:g} Hz")
-    sections = butter(FILTER_ORDER, CUTOFF_HZ, fs=rate_hz, output="sos")
-    return np.asarray(sosfiltfilt(sections, np.asarray(signal, dtype=float)))
+    sections = scipy.signal.butter(FILTER_ORDER, CUTOFF_HZ, fs=rate_hz, output="sos")
+    return np.asarray(scipy.signal.sosfiltfilt(sections, np.asarray(signal, dtype=float)))
 
 
 def rms(signal: ArrayLike) -> float:

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
 
 from flexarm_bringup.residual import MAX_JITTER, rms, sample_rate, settling_time
 
@@ -98,5 +98,17 @@ def tip_acceleration(tip: Array, rate_hz: float, cutoff_hz: float) -> Array:
     """
     raw = np.zeros_like(tip)
     raw[1:-1] = np.diff(tip, n=2, axis=0) * rate_hz**2
+    return without_fast(raw, rate_hz, cutoff_hz)
+
+
+def without_fast(signal: Array, rate_hz: float, cutoff_hz: float) -> Array:
+    """Return a low-passed signal without delay, (k, c).
+
+    Args:
+        signal: At equal distances of time, (k, c).
+        rate_hz: Samples per second [Hz].
+        cutoff_hz: Of the low-pass; lowered to what the rate allows [Hz].
+    """
     cutoff = min(cutoff_hz, NYQUIST_SHARE * rate_hz / 2)
-    return np.asarray(sosfiltfilt(butter(ORDER, cutoff, fs=rate_hz, output="sos"), raw, axis=0))
+    sections = scipy.signal.butter(ORDER, cutoff, fs=rate_hz, output="sos")
+    return np.asarray(scipy.signal.sosfiltfilt(sections, signal, axis=0))

@@ -36,6 +36,18 @@ def test_exit_code_of_a_command_is_that_of_the_process(echo: types.ModuleType) -
     assert cli.main(["echo", "3"]) == 3
 
 
+LATER = {f"scipy.{part}" for part in ("signal", "optimize", "interpolate", "stats", "spatial", "integrate")}
+LATER |= {"filterpy", "matplotlib"}
+
+
+def test_no_command_loads_libraries_before_it_computes_with_them() -> None:
+    """They take most of a second: ``--help`` waited for them, and a rig that only starts its nodes."""
+    modules = [command.module for command in cli.COMMANDS.values()]
+    code = f"import sys, {', '.join(modules)}; print(*({LATER!r} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
 def test_commands_that_are_not_used_are_not_imported(echo: types.ModuleType) -> None:
     assert cli.main(["echo", "0"]) == 0  # "no.such" cannot be imported
 

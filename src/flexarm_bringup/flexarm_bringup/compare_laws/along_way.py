@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import cont2discrete, lfilter
 
 from flexarm_controller.guarding.turning_loads import turning_loads
 from flexarm_controller.limits import Limits
@@ -73,7 +73,7 @@ class AlongWay:
         middle = self.models[len(self.models) // 2]
         m, push = middle.n_theta, np.diff(theta_dot, axis=0, append=theta_dot[-1:]) / self.dt
         for mode, (above, below) in enumerate(self._oscillators):
-            eta = lfilter(above, below, -push @ middle.M[m + mode, :m])
+            eta = scipy.signal.lfilter(above, below, -push @ middle.M[m + mode, :m])
             strain += np.outer(eta, middle.outputs.C_pos[rows, m + mode])
         return float((abs(strain) / limit).max())
 
@@ -112,7 +112,8 @@ class AlongWay:
         """Return every mode of the model half-way as a filter of what pushes it, held over each period."""
         middle, found = self.models[len(self.models) // 2], []
         for omega, zeta in zip(middle.omega, middle.zeta, strict=True):
-            above, below, _ = cont2discrete(([1.0], [1.0, 2.0 * zeta * omega, omega**2]), self.dt)
+            poles = [1.0, 2.0 * zeta * omega, omega**2]
+            above, below, _ = scipy.signal.cont2discrete(([1.0], poles), self.dt)
             found.append((np.ravel(above), below))
         return found
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import butter, zpk2ss
 
 from flexarm_bringup.compare_laws.schemes import LQR, MPC, PD
 from flexarm_bringup.tasks.task import Task
@@ -102,16 +102,16 @@ def _signal(
     """Return a model whose rows are the signal, their names, and how it becomes the judged one."""
     out, watch = model.outputs, task.watch
     cutoff = min(watch.cutoff_hz, NYQUIST_SHARE / (2.0 * dt))
-    zeros, poles, gain = butter(ORDER, cutoff, fs=1.0 / dt, output="zpk")
+    zeros, poles, gain = scipy.signal.butter(ORDER, cutoff, fs=1.0 / dt, output="zpk")
     zeros, poles, gain = np.tile(zeros, 2), np.tile(poles, 2), gain**2  # forward and backward
     if task.compare.signal == "tip":  # positions; their second difference is the acceleration
         rows = tuple(out.names[i] for i in out.rows("tip") if out.units[i] == "m")
         zeros, poles, gain = np.append(zeros, [1.0, 1.0]), np.append(poles, [0.0, 0.0]), gain / dt**2
-        return model, rows, Look(*zpk2ss(zeros, poles, gain))
+        return model, rows, Look(*scipy.signal.zpk2ss(zeros, poles, gain))
     kinds = {spec.name for spec in config.sensors if spec.kind == "accelerometer"}
     rows = tuple(name for name in out.names if name.split(".")[0] in kinds)
     C_acc = out.C_acc.copy()
     C_acc[:, : model.n_theta] = 0.0  # what a rigid arm feels
     none = np.zeros_like(C_acc)
     elastic = replace(model, outputs=replace(out, C_pos=none, C_vel=none, C_acc=C_acc))
-    return elastic, rows, Look(*zpk2ss(zeros, poles, gain))
+    return elastic, rows, Look(*scipy.signal.zpk2ss(zeros, poles, gain))

@@ -13,14 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
 
 from flexarm_bringup.compare_laws.schemes import SERVO
 from flexarm_bringup.residual import rms, sample_rate, settling_time
 from flexarm_bringup.sim.rig import Truth
 from flexarm_bringup.tasks.course import Leg
 from flexarm_bringup.tasks.task import Task
-from flexarm_bringup.tip_vibration import LAST_PART, NYQUIST_SHARE, ORDER, tip_acceleration
+from flexarm_bringup.tip_vibration import LAST_PART, tip_acceleration, without_fast
 
 Array = NDArray[np.float64]
 STAY = 0.05  # s in the ball about the start, from which on the tip counts as being there
@@ -196,5 +195,4 @@ def vibration(record: TrueRecord, task: Task) -> Array:
     rate_hz = sample_rate(record.t)
     if task.compare.signal == "tip":
         return tip_acceleration(record.tip, rate_hz, task.watch.cutoff_hz)
-    cutoff = min(task.watch.cutoff_hz, NYQUIST_SHARE * rate_hz / 2)
-    return np.asarray(sosfiltfilt(butter(ORDER, cutoff, fs=rate_hz, output="sos"), record.relative, axis=0))
+    return without_fast(record.relative, rate_hz, task.watch.cutoff_hz)

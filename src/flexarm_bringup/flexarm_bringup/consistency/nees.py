@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 Array = NDArray[np.float64]
 RESOLUTION = 0.01  # of the largest sigma; below, a linearised observable says nothing of its own
@@ -83,4 +83,5 @@ def band(count: int, share: float = 1.0) -> Band:
         share: Part of the 5 % that this band may take, where several are to hold together (Bonferroni).
     """
     tail = (1.0 - CONFIDENCE) * share / 2
-    return Band(float(chi2.ppf(tail, count)) / count, float(chi2.isf(tail, count)) / count)
+    chi2 = scipy.stats.chi2(count)
+    return Band(float(chi2.ppf(tail)) / count, float(chi2.isf(tail)) / count)

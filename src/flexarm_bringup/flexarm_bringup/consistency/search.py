@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 Array = NDArray[np.float64]
 SLOPE = 1e-3  # step of the numbers with which the slope is read
@@ -42,7 +42,8 @@ class Search:
         inside = self.held(p, free)
         options = {"maxiter": ITERATIONS, "eps": SLOPE, "ftol": 1e-9}
         limits = [self._limits[i] for i in free]
-        found = minimize(inside, p[list(free)], method="L-BFGS-B", bounds=limits, options=options)
+        start = p[list(free)]
+        found = scipy.optimize.minimize(inside, start, method="L-BFGS-B", bounds=limits, options=options)
         return _with(p, free, np.asarray(found.x))
 
     def held(self, p: Array, free: Sequence[int]) -> Callable[[Array], float]:

@@ -12,10 +12,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from flexarm_bringup.display.segment_graph import BASE, SegmentGraph, SegmentJoint
 from flexarm_model.manipulator.description import Axis, ManipulatorConfig
+from flexarm_model.numeric.rotation import rotation_from_vector
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def _draw(link: ElementTree.Element, joint: SegmentJoint) -> None:
         width, height = (math.sqrt(12.0 * second / piece.area) for second in (piece.I_z, piece.I_y))
         shape = ("box", {"size": " ".join(map(_number, (length, width, height)))})
     else:
-        T[:3, :3] = T[:3, :3] @ Rotation.from_euler("y", 90, degrees=True).as_matrix()  # along z
+        T[:3, :3] = T[:3, :3] @ rotation_from_vector(np.array([0.0, math.pi / 2, 0.0]))  # along z
         size = {"radius": _number(length / SLENDERNESS), "length": _number(length)}
         shape = ("cylinder", size)
     _origin(visual, T)
@@ -90,7 +90,7 @@ def _turning_x_to(direction: Array) -> Array:
     sine, cosine = float(np.linalg.norm(turn)), float(direction[0])
     if sine < LEAST:
         return np.diag([1.0, 1.0, 1.0] if cosine > 0 else [-1.0, -1.0, 1.0])
-    return np.asarray(Rotation.from_rotvec(turn / sine * math.atan2(sine, cosine)).as_matrix())
+    return rotation_from_vector(turn / sine * math.atan2(sine, cosine))
 
 
 def _origin(element: ElementTree.Element, T: Array) -> None:

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexarm_model.identification.mode_table import ModeTable
 from flexarm_model.modal.fit import PoleFit
@@ -34,7 +34,7 @@ def match(described_hz: Array, pose: Array, fit: PoleFit, furthest: float = FURT
         ValueError: None is near.
     """
     far = abs(np.log(described_hz[:, None] / fit.model.f_hz[None, :]))
-    rows, columns = linear_sum_assignment(np.minimum(far, 2.0 * furthest))
+    rows, columns = scipy.optimize.linear_sum_assignment(np.minimum(far, 2.0 * furthest))
     pairs = [(r, c) for r, c in zip(rows, columns, strict=True) if far[r, c] < furthest]
     if not pairs:
         raise ValueError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from scipy.signal import get_window
+import scipy
 
 from flexarm_bringup.arguments import named_file, number
 from flexarm_bringup.excite.options import add_rig_arguments
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def window(text: str) -> str:
     """Return the name of a window; ArgumentTypeError where SciPy has none of that name without parameters."""
     try:
-        get_window(text, LINES)
+        scipy.signal.get_window(text, LINES)
     except ValueError:
         raise argparse.ArgumentTypeError(
             f"'{text}': expected a window of scipy.signal without parameters, such as hann, flattop or boxcar"

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 from flexarm_bringup.identify.chart_figure import chart_figure
 from flexarm_bringup.identify.measurement import Records, SourceError, known_outputs
@@ -135,7 +135,7 @@ def _limits(modes: OutputModes, band: tuple[float, float]) -> list[str]:
 
 
 def _spectra(y: Array, rate_hz: float, band: tuple[float, float], modes: OutputModes) -> Figure:
-    f_hz, power = welch(y, rate_hz, nperseg=min(len(y), int(8 * rate_hz / band[0])), axis=0)
+    f_hz, power = scipy.signal.welch(y, rate_hz, nperseg=min(len(y), int(8 * rate_hz / band[0])), axis=0)
     inside = (f_hz >= band[0]) & (f_hz <= band[1])
     with drawing(9.0, 3.4) as plot:
         axes = plot.subplots()

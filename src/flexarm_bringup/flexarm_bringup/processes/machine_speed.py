@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from filterpy.kalman import KalmanFilter
 
 STATES, ROWS = 18, 9
 CLASS_US = 27.0  # median CPU time of that step where the bounds were set [us]
@@ -23,6 +22,8 @@ def filterpy_step_us(steps: int = STEPS) -> float:
     Args:
         steps: How many are timed, after ``WARM_UP`` others.
     """
+    from filterpy.kalman import KalmanFilter  # loads all of scipy.stats, for who does not ask, too
+
     rng = np.random.default_rng(0)
     kalman = KalmanFilter(dim_x=STATES, dim_z=ROWS)
     kalman.F = 0.95 * np.linalg.qr(rng.normal(size=(STATES, STATES)))[0]

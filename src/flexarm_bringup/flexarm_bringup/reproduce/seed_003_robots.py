@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from flexarm_bringup.reproduce.seed_003_data import (
     POSES,
@@ -158,6 +158,7 @@ def fit_lumped(model: LinearAssembly, target: Frf, start: float = 1.0) -> Fit:
         dH = np.einsum("ks,ksi,ksj->kijs", per_log, x, x)
         return np.vstack([(_DB * (dH / H[..., None]).real).reshape(-1, k.size), PRIOR * np.eye(k.size)])
 
-    found = least_squares(residual, np.full(springs.size, np.log(start)), slope, max_nfev=EVALUATIONS)
+    begin = np.full(springs.size, np.log(start))
+    found = scipy.optimize.least_squares(residual, begin, slope, max_nfev=EVALUATIONS)
     names = (model.coordinates[i] for i in springs)
     return Fit(dict(zip(names, np.exp(found.x).tolist(), strict=True)), float(found.cost))

@@ -11,8 +11,8 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from flexarm_model.motion.profiles import Profile
 from flexarm_model.motion.shapers import Shaper
@@ -54,9 +54,9 @@ class Way:
     theta: Array
 
     @cached_property
-    def spline(self) -> CubicSpline:
+    def spline(self) -> scipy.interpolate.CubicSpline:
         """Return theta by share; a cubic through all points."""
-        return CubicSpline(self.share, self.theta)
+        return scipy.interpolate.CubicSpline(self.share, self.theta)
 
 
 @dataclass(frozen=True)

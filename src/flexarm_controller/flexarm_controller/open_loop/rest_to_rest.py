@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.optimize import linprog
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.program.equilibrium import build_equilibrium
@@ -80,7 +80,7 @@ class RestToRest:
         upper, b_upper = self._inequalities(periods)
         cost = np.zeros(equal.shape[1])
         cost[-1] = 1.0
-        answer = linprog(
+        answer = scipy.optimize.linprog(
             cost, A_ub=upper, b_ub=b_upper, A_eq=equal, b_eq=b_equal, bounds=self._bounds(periods),
             method="highs-ipm",  # with crossover; its simplex took 40 times as long on three axes
             options={"primal_feasibility_tolerance": TOLERANCE, "dual_feasibility_tolerance": TOLERANCE},

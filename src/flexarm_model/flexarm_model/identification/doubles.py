@@ -9,8 +9,8 @@ they are what the stronger ones beside it explain.
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import get_window
 
 from flexarm_model.identification.stabilisation import likeness
 from flexarm_model.modal.fit import PoleFit
@@ -53,7 +53,7 @@ def main_lobe(window: str) -> float:
     Args:
         window: Name of a window of scipy.signal.
     """
-    size = abs(np.fft.rfft(get_window(window, SAMPLES), SAMPLES * FINER))
+    size = abs(np.fft.rfft(scipy.signal.get_window(window, SAMPLES), SAMPLES * FINER))
     flank = int(np.argmax(size < size.max() / 2))  # past the ripple of a flat top
     return 2 * (flank + float(np.argmax(np.diff(size[flank:]) > 0.0))) / FINER
 

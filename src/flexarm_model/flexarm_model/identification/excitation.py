@@ -16,8 +16,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import max_len_seq
 
 from flexarm_model.modal.read_only import lock_arrays
 
@@ -127,7 +127,7 @@ def _chirp(band_hz: tuple[float, float], rate_hz: float, n: int) -> Array:
 def _prbs(band_hz: tuple[float, float], rate_hz: float, n: int) -> Array:
     hold = max(1, int(rate_hz / (STEPS_PER_CYCLE * band_hz[1])))
     stages = int(np.clip(round(np.log2(n / hold + 1)), SHORTEST_REGISTER, LONGEST_REGISTER))
-    return np.repeat(2.0 * max_len_seq(stages)[0] - 1.0, hold)
+    return np.repeat(2.0 * scipy.signal.max_len_seq(stages)[0] - 1.0, hold)
 
 
 def _impulse(band_hz: tuple[float, float], rate_hz: float, n: int) -> Array:

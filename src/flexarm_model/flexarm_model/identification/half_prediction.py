@@ -19,8 +19,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import butter, lfilter, sosfiltfilt
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -132,15 +132,16 @@ def _simulate(pole: complex, u: Array, dt: float, is_held: bool) -> Complex:
     a = np.exp(z)
     held = (a - 1.0) / pole
     if is_held:
-        return np.asarray(lfilter([0.0, held], [1.0, -a], u.astype(complex)))
+        return np.asarray(scipy.signal.lfilter([0.0, held], [1.0, -a], u.astype(complex)))
     slope = (a - 1.0 - z) / (pole * z)  # share of the sample at the end of a period
-    return np.asarray(lfilter([slope, held - slope], [1.0, -a], u.astype(complex)))
+    return np.asarray(scipy.signal.lfilter([slope, held - slope], [1.0, -a], u.astype(complex)))
 
 
 def _filtered(signals: Array, record: Halved) -> Array:
     nyquist = 0.5 / record.dt
     low, high = record.band_hz[0] / nyquist, min(record.band_hz[1] / nyquist, EDGE)
-    return np.asarray(sosfiltfilt(butter(ORDER, [low, high], "bandpass", output="sos"), signals, axis=0))
+    sections = scipy.signal.butter(ORDER, [low, high], "bandpass", output="sos")
+    return np.asarray(scipy.signal.sosfiltfilt(sections, signals, axis=0))
 
 
 def _scaled(X: Array) -> Array:

@@ -20,8 +20,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
 
 from flexarm_model.identification.bending import Balance, missing_torque
 from flexarm_model.identification.encoder_noise import ORDER, left_behind, smoothest, white_noise
@@ -244,5 +244,5 @@ def _blur(columns: Sequence[JointColumn], X: Array, sigma: Array) -> Array:
 
 
 def _lowpass(signal: Array, cutoff_hz: float, dt: float) -> Array:
-    cutoff = min(2 * cutoff_hz * dt, NYQUIST_SHARE)
-    return np.asarray(sosfiltfilt(butter(ORDER, cutoff, output="sos"), signal, axis=0))
+    sections = scipy.signal.butter(ORDER, min(2 * cutoff_hz * dt, NYQUIST_SHARE), output="sos")
+    return np.asarray(scipy.signal.sosfiltfilt(sections, signal, axis=0))

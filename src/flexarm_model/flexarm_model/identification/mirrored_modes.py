@@ -15,8 +15,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexarm_model.modal.read_only import lock_arrays
 
@@ -76,7 +76,7 @@ def _explain(
     cost = _misfit(found, described, f_hz, rate_hz) + np.log(f_hz)
     unexplained = np.full((found.f_hz.size, found.f_hz.size), REACH**2 / 2 + np.log(rate_hz / 2))
     costs = np.hstack([cost, unexplained])
-    poles, modes = linear_sum_assignment(costs)
+    poles, modes = scipy.optimize.linear_sum_assignment(costs)
     is_fast = np.append(f_hz > rate_hz / 2, np.zeros(found.f_hz.size, bool))
     total = float(costs[poles, modes].sum()) + (common / COMMON) ** 2 / 2
     return total, np.where(is_fast[modes], modes, -1)

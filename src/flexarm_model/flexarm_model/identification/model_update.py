@@ -19,8 +19,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from flexarm_model.identification.equal_parts import merged
 from flexarm_model.identification.modal_misfit import Serve, misfit
@@ -142,7 +142,7 @@ def _fit(
         slopes = _slopes(serve, unknowns, tables, full(x), where)[0]
         return np.vstack([slopes / widened, np.diag(1 / spread[where])])
 
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         residual, np.zeros(len(free)), jac=jacobian, x_scale=spread[where], ftol=DONE, xtol=DONE,
         max_nfev=FIT_ROUNDS,
     )  # fmt: skip

@@ -22,9 +22,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.signal import get_window
 
 from flexarm_model.modal.frf import Frf
 from flexarm_model.modal.read_only import lock_arrays
@@ -174,7 +174,7 @@ def _blocks(record: Array, settings: SpectrumSettings) -> Array:
         raise ValueError(f"a record {record.shape} is shorter than a block of {settings.block} or not finite")
     hop = max(1, round(settings.block * (1 - settings.overlap)))
     cut = sliding_window_view(record, settings.block, axis=0)[::hop].swapaxes(1, 2)
-    window = get_window(settings.window, settings.block)
+    window = scipy.signal.get_window(settings.window, settings.block)
     mean = cut.mean(axis=1, keepdims=True) if settings.window != "boxcar" else 0.0
     return np.asarray((cut - mean) * window[:, None])
 

@@ -14,8 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexarm_model.identification.joined_tracks import lasting_modes
 from flexarm_model.identification.lscf import OrderPoles
@@ -94,7 +94,7 @@ def output_modes(
     for part, piece in enumerate(np.array_split(y, parts)):
         f_part, zeta_part, _ = _modes(piece, rate_hz, band_hz)
         apart = abs(f_part[None, :] / f[:, None] - 1.0)
-        for i, near in zip(*linear_sum_assignment(np.minimum(apart, SAME_MODE)), strict=True):
+        for i, near in zip(*scipy.optimize.linear_sum_assignment(np.minimum(apart, SAME_MODE)), strict=True):
             if apart[i, near] < SAME_MODE:  # each shows one mode of the whole record at most
                 spread[:, i, part] = f_part[near], zeta_part[near]
     shown = np.isfinite(spread[0]).sum(axis=1)

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexarm_model.identification.lscf import OrderPoles
 
@@ -56,7 +56,7 @@ def tracks(chart: Sequence[OrderPoles]) -> tuple[Track, ...]:
     for at_order in chart:
         cost = np.array([[_cost(track, at_order, i) for i in range(at_order.poles.size)]
                          for track in found]).reshape(len(found), at_order.poles.size)  # fmt: skip
-        rows, columns = linear_sum_assignment(cost)
+        rows, columns = scipy.optimize.linear_sum_assignment(cost)
         owner = {int(c): found[r] for r, c in zip(rows, columns, strict=True) if cost[r, c] < REFUSED}
         for i in range(at_order.poles.size):
             track = owner.get(i)

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 
 from flexarm_model.kinematics.paths import CartesianMotion
 from flexarm_model.kinematics.refusals import KinematicsError, SingularPoseError
@@ -83,7 +83,7 @@ def joint_path(inverse: Inverse, poses: Array, dt: float, start: Array) -> Joint
     """
     theta = trace(inverse, poses, start)
     t = dt * np.arange(len(theta))
-    spline = make_interp_spline(t, theta, k=DEGREE)
+    spline = scipy.interpolate.make_interp_spline(t, theta, k=DEGREE)
     return JointMotion(theta, np.asarray(spline(t, 1)), np.asarray(spline(t, 2)))
 
 

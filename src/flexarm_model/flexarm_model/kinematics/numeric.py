@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from flexarm_model.kinematics.arguments import finite
@@ -142,11 +143,11 @@ def _limited_step(mechanism: Mechanism, rows: Array, theta: Array, error: Array,
     low, high = mechanism.lower - theta, mechanism.upper - theta
     if ((step >= low) & (step <= high)).all():
         return np.asarray(step)
-    from scipy.optimize import lsq_linear  # who plans goals loads it before
 
     damped = np.vstack([rows, np.sqrt(mu) * np.eye(theta.size)])
     wanted = np.concatenate([error, np.zeros(theta.size)])
-    return np.asarray(np.clip(lsq_linear(damped, wanted, (low, high), method="bvls").x, low, high))
+    limited = scipy.optimize.lsq_linear  # who plans goals loads it before
+    return np.asarray(np.clip(limited(damped, wanted, (low, high), method="bvls").x, low, high))
 
 
 def _error(pose: Array, target: Array, settings: InverseSettings) -> Array:

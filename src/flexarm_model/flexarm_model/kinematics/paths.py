@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from flexarm_model.motion.profiles import Profile, Trapezoid
 from flexarm_model.numeric.rotation import rotation_vector
@@ -193,7 +193,7 @@ def straight_move(start: Array, end: Array, profile: Profile, t: Array) -> Carte
     way = end[:3, 3] - start[:3, 3]
     turn = rotation_vector(end[:3, :3] @ start[:3, :3].T)
     twist = np.concatenate([way, turn])
-    R = np.asarray(Rotation.from_rotvec(share * turn).as_matrix()) @ start[:3, :3]
+    R = np.asarray(scipy.spatial.transform.Rotation.from_rotvec(share * turn).as_matrix()) @ start[:3, :3]
     return _motion(t, start[:3, 3] + share * way, R, rate * twist, rate_dot * twist)
 
 

@@ -9,8 +9,8 @@ Neighbouring bands share no line, so the squares of all bands add up to the squa
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def density_band_rms(f_hz: Array, density: Array, edges_hz: Array) -> Array:
     edges = _checked(edges_hz, float(f_hz[0]), float(f_hz[-1]))
     grid = np.union1d(f_hz, edges)
     values = np.column_stack([np.interp(grid, f_hz, column) for column in density.T])
-    total = cumulative_trapezoid(values, grid, axis=0, initial=0.0)  # (lines, m)
+    total = scipy.integrate.cumulative_trapezoid(values, grid, axis=0, initial=0.0)  # (lines, m)
     power = np.diff(total[np.searchsorted(grid, edges)], axis=0)
     return np.asarray(np.sqrt(np.maximum(power, 0.0)))
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexarm_model.modal.frf import Frf
 from flexarm_model.modal.peaks import Peak, pick_peaks
@@ -87,7 +87,7 @@ def track_curves(curves: Cmif) -> Cmif:
     values, left, right = curves.values.copy(), curves.left.copy(), curves.right.copy()
     for i in range(1, len(values)):
         alike = abs(left[i - 1].conj().T @ left[i]) * abs(right[i - 1].conj().T @ right[i])  # (m, m)
-        order = linear_sum_assignment(alike, maximize=True)[1]
+        order = scipy.optimize.linear_sum_assignment(alike, maximize=True)[1]
         values[i], left[i], right[i] = values[i, order], left[i][:, order], right[i][:, order]
     return Cmif(curves.f_hz, values, left, right, curves.power)
 

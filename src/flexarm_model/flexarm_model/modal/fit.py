@@ -13,8 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, least_squares
 
 from flexarm_model.modal.frf import Frf
 from flexarm_model.modal.line_weights import repeated_weights, shared_weights
@@ -103,7 +103,7 @@ def fit_poles(
     if ((start <= bounds[0]) | (start >= bounds[1])).any():
         raise ValueError(f"start poles {poles} lie outside the band {frf.f_hz[0]}..{frf.f_hz[-1]} Hz")
     compressed = Compressed(problem)
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         compressed.residual, start, compressed.jacobian, bounds, x_scale=problem.scale(poles), method="trf",
         xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE, max_nfev=MAX_EVALUATIONS,
     )  # fmt: skip
@@ -145,7 +145,7 @@ def _start_participation(
     return np.asarray(L / np.take_along_axis(L, abs(L).argmax(axis=1)[:, None], axis=1))
 
 
-def _result(problem: JointProjection, found: OptimizeResult, model: ModalFit) -> PoleFit:
+def _result(problem: JointProjection, found: scipy.optimize.OptimizeResult, model: ModalFit) -> PoleFit:
     """Return the fit with uncertainty, modes in the order of the model."""
     r, basis = problem.n_modes, problem.parts[0].basis
     order = np.argsort(abs(problem.unpack(found.x)[0]), kind="stable")
@@ -171,7 +171,7 @@ def _result(problem: JointProjection, found: OptimizeResult, model: ModalFit) ->
     )
 
 
-def _covariance(problem: JointProjection, found: OptimizeResult) -> Array:
+def _covariance(problem: JointProjection, found: scipy.optimize.OptimizeResult) -> Array:
     """Return the covariance of p for white noise of the size of what is left, (n_p, n_p); nan without any."""
     variance = 2 * found.cost / problem.n_spare if problem.n_spare else np.nan
     scale = problem.scale(problem.unpack(found.x)[0])

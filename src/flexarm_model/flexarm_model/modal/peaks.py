@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def pick_peaks(f_hz: Array, magnitude: Array, power: int = 0, prominence_db: flo
         prominence_db: Smallest prominence of a peak.
     """
     level = 20 * np.log10(np.maximum(magnitude, np.finfo(float).tiny))
-    lines = find_peaks(level, prominence=prominence_db)[0]
+    lines = scipy.signal.find_peaks(level, prominence=prominence_db)[0]
     return tuple(interpolate_peak(f_hz, magnitude, int(line), power) for line in lines)
 
 

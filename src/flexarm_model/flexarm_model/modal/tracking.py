@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexarm_model.modal.mac import align_rotation, align_signs, mac
 from flexarm_model.modal.modes import Modes
@@ -71,7 +71,7 @@ def track_modes(
         weight = None if weights is None else weights[i]
         turned = _unmix(modes, shapes[-1], weight, multiple)
         alike = mac(shapes[-1], turned, weight)
-        chosen = linear_sum_assignment(alike, maximize=True)[1]
+        chosen = scipy.optimize.linear_sum_assignment(alike, maximize=True)[1]
         order.append(chosen)
         quality.append(alike[np.arange(r), chosen])
         shapes.append(align_signs(turned[:, chosen], shapes[-1], weight))
@@ -94,6 +94,7 @@ def _unmix(modes: Modes, before: Array, weight: Array | None, multiple: float) -
             covered = mac(before, shapes[:, group], weight).sum(axis=1)  # share of each in the group's span
             nearest = np.sort(np.argsort(-covered, kind="stable")[: group.size])
             turned = align_rotation(shapes[:, group], before[:, nearest], weight)
-            place = linear_sum_assignment(mac(shapes[:, group], turned, weight), maximize=True)[1]
+            alike = mac(shapes[:, group], turned, weight)
+            place = scipy.optimize.linear_sum_assignment(alike, maximize=True)[1]
             shapes[:, group] = turned[:, place]  # each beside the frequency that it is nearest to
     return shapes

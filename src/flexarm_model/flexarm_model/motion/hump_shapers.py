@@ -20,8 +20,8 @@ import math
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import root
 
 from flexarm_model.motion.shapers import Shaper, half_damped_period
 
@@ -78,7 +78,7 @@ def _solve(
     unknown = _undamped_solution(np.array(undamped))
     for ratio in np.linspace(0.0, zeta, math.ceil(zeta / STEP) + 1):
         with np.errstate(all="ignore"):  # where there is no solution, trial steps overflow
-            unknown = root(_equations, unknown, args=(n, float(ratio), V), tol=1e-13).x
+            unknown = scipy.optimize.root(_equations, unknown, args=(n, float(ratio), V), tol=1e-13).x
             is_solved = bool(abs(_equations(unknown, n, float(ratio), V)).max() < SOLVED)
     amplitudes, halves = unknown[:n], np.concatenate([[0.0], unknown[n : 2 * n - 1]])
     if not (is_solved and amplitudes.min() > 0.0 and np.diff(halves).min() > 0.0):

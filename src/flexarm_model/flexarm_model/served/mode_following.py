@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexarm_model.modal.mac import mac
 from flexarm_model.modal.modes import Modes
@@ -38,7 +38,7 @@ def alikeness(tree: ReducedTree, a: ReducedModel, b: ReducedModel) -> Array:
 def clarity(tree: ReducedTree, a: ReducedModel, b: ReducedModel) -> float:
     """Return the smallest MAC of the best assignment of two poses' modes; 1 is certain."""
     alike = alikeness(tree, a, b)
-    return float(alike[linear_sum_assignment(alike, maximize=True)].min(initial=1.0))
+    return float(alike[scipy.optimize.linear_sum_assignment(alike, maximize=True)].min(initial=1.0))
 
 
 def strain_weight(tree: ReducedTree, model: ReducedModel) -> Array:

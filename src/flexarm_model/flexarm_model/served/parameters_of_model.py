@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from flexarm_model.manipulator.other_parameters import parameter_range
 from flexarm_model.served.linearize import linearize
@@ -49,5 +49,5 @@ def parameters_of(
     if abs(off(start)).max() <= SAME:
         return dict(guess)
     inside = start.clip(1e-6, 1.0 - 1e-6)  # the search wants to begin within its bounds
-    found = least_squares(off, inside, bounds=(0.0, 1.0), xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+    found = scipy.optimize.least_squares(off, inside, bounds=(0.0, 1.0), xtol=1e-15, ftol=1e-15, gtol=1e-15).x
     return {**guess, **dict(zip(names, (low + found * (high - low)).tolist(), strict=True))}
