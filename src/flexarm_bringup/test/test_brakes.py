@@ -80,7 +80,7 @@ class Killed:
         v = self._v * min(1.0, t / RISE)
         self._theta = self._theta + v * dt
         push = RATE * (v - own.theta_dot) + RATE**2 / 4.0 * (self._theta - own.theta)
-        turning = self._loads.moving(list(push), [0.0] * len(push))
+        turning = self._loads.changing(push.tolist())
         return [h + tau for h, tau in zip(self._loads.holding_at(own.position), turning, strict=True)]
 
     @property

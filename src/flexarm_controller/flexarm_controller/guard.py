@@ -14,13 +14,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from flexarm_controller.guarding import checks
 from flexarm_controller.guarding.arm_brake import ArmBrake
-from flexarm_controller.guarding.checks import over_speed, overstrained, too_fast, too_much_energy, unusable
 from flexarm_controller.guarding.energy import EnergyWindow
 from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.guarding.limits import Braking, GuardLimits
 from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.messages import GuardCommand, GuardState
+from flexarm_controller.guarding.onward import Onward
 from flexarm_controller.guarding.plausibility import Plausibility
 from flexarm_controller.guarding.rest_watch import RestWatch
 
@@ -28,8 +29,6 @@ __all__ = ["Braking", "Guard", "GuardCommand", "GuardLimits", "GuardState", "Joi
 
 STOPPED, ARMED, BRAKING = "stopped", "armed", "braking"
 NOT_ARMED_YET = "not armed yet"
-BRIDGED = 1  # periods without a command for which the last torque is kept
-ROUNDED = 0.1  # periods by which an age may be beyond its limit: stamps are rounded, and come once a period
 
 
 class Guard:
@@ -60,14 +59,14 @@ class Guard:
         self.age, self.energy = -1.0, 0.0
         self._brakes, self.has_given_up = ArmBrake(limits), False
         self._sequence, self._used = -1, -math.inf  # of the newest command let through
-        self._deadline, self._silent = 0.0, 0
+        self._deadline, self._silent, self._t = 0.0, 0, -math.inf
         self._before, self._since = "", math.inf  # model served before, and when it was replaced
         self._loads, self._window = limits.loads, EnergyWindow(limits.energy_window, limits.period)
         self._tau = self.holding = limits.borne(limits.loads.holding)
         self._low, self._high = [-e for e in limits.effort], list(limits.effort)
         self._reach = [rate * limits.period for rate in limits.effort_rate]  # of a torque in a period
         self._rest = RestWatch(len(limits.effort), limits.period, limits.rest_velocity, limits.label)
-        self._plausibility = Plausibility(limits)
+        self._plausibility, self._onward = Plausibility(limits), Onward(limits)
 
     @property
     def has_watched(self) -> bool:
@@ -121,7 +120,7 @@ class Guard:
     def serve(self, model_id: str, t: float) -> None:
         """Note which model is served from now on; commands of the one before pass for a while."""
         if model_id != self.model_id:
-            self._before, self._since = self.model_id, t
+            self._before, self._since = self.model_id, t if self.model_id else math.inf
             self.model_id = model_id
 
     def carry(self, loads: Loads) -> None:
@@ -147,17 +146,19 @@ class Guard:
         self.energy = self._window.add(self._tau, state.velocity)
         self._rest.add(state.velocity)
         self.holding = self.limits.borne(self._loads.holding_at(state.position))
+        self._gained = self._onward.gained(self._tau, self._loads, self.holding)
         self._set_bounds(state)
         passed = self.passed
         wanted = self._follow(command, state, t) or self._brake(state)
         self._tau = [self._limit(axis, value) for axis, value in enumerate(wanted)]
         self.limited += self.passed > passed and self._tau != list(wanted)
+        self._t = t
         self.age = t - self._used if self.mode == ARMED and math.isfinite(self._used) else -1.0
         return list(self._tau)
 
     def _follow(self, command: GuardCommand | None, state: GuardState, t: float) -> Sequence[float]:
         """Return the torque to follow; nothing unless armed and commanded, or after a stop."""
-        if self.mode == ARMED and (fault := self._fault(command, state)):
+        if self.mode == ARMED and (fault := self._fault(command, state, t)):
             self.stop(fault)
         if command is not None:
             self.refusal = self._refuse(command, t)
@@ -166,16 +167,17 @@ class Guard:
                 return self._pass(command)
         return self._bridge(t) if self.mode == ARMED else ()
 
-    def _fault(self, command: GuardCommand | None, state: GuardState) -> str:
+    def _fault(self, command: GuardCommand | None, state: GuardState, t: float) -> str:
         """Return why the arm has to be stopped; empty when it has not."""
         meant = command if command is not None and command.token == self.token else None
         return (
-            (unusable(meant.effort, len(self.limits.effort)) if meant else "")
+            (checks.unusable(meant.effort, len(self.limits.effort)) if meant else "")
+            or checks.went_back(t, self._t)
             or self._plausibility.fault
-            or too_fast(state, self.limits)
-            or over_speed(state.velocity, self.limits)
-            or overstrained(state.strain, self.limits)
-            or too_much_energy(self.energy, self.limits)
+            or checks.too_fast(state, self.limits, self._gained)
+            or checks.over_speed(state.velocity, self.limits)
+            or checks.overstrained(state.strain, self.limits)
+            or checks.too_much_energy(self.energy, self.limits)
         )
 
     def _refuse(self, command: GuardCommand, t: float) -> str:
@@ -186,22 +188,12 @@ class Guard:
             return "command of another session"
         if not (command.sequence > self._sequence and command.t > self._used):
             return f"command {command.sequence} is not newer than {self._sequence}"
-        if mistimed := self._mistimed(command, t):
-            return mistimed
+        if fault := checks.mistimed(command, t, self.limits):
+            return fault
         if self.model_id not in ("", command.model_id) and not (
             command.model_id == self._before and 0.0 <= t - self._since <= self.limits.changeover
         ):
             return f"command computed with model '{command.model_id}', served is '{self.model_id}'"
-        return ""
-
-    def _mistimed(self, command: GuardCommand, t: float) -> str:
-        """Return what is wrong with the times of a command; empty when nothing is."""
-        period, most, delay = self.limits.period, self.limits.max_age, command.acts_at - command.t
-        if not -period < t - command.t <= most + ROUNDED * period:
-            return f"command is {1e3 * (t - command.t):.0f} ms old"
-        if delay > most - (BRIDGED - ROUNDED) * period:
-            after, age = f"{1e3 * delay:.0f} ms after its state", f"{1e3 * most:.0f} ms"
-            return f"command acts {after}: of {age} no period is left"
         return ""
 
     def _pass(self, command: GuardCommand) -> Sequence[float]:
@@ -214,7 +206,7 @@ class Guard:
     def _bridge(self, t: float) -> Sequence[float]:
         """Return the torque of a period without a command; nothing before the first one, or after a stop."""
         self.ticks_without_command += math.isfinite(self._used)
-        if not t <= self._deadline + ROUNDED * self.limits.period:  # also when t is not a number
+        if not t <= self._deadline + checks.ROUNDED * self.limits.period:  # also when t is not a number
             first, usual = f"within {self.limits.arming_time:g} s of arming", 1e3 * self.limits.max_age
             waited = f"for {usual:.0f} ms" if math.isfinite(self._used) else first
             self.stop("; refused: ".join(filter(None, (f"no command {waited}", self.refusal))))
@@ -223,7 +215,7 @@ class Guard:
             return ()
         self._silent += 1
         left = max(0.0, self._deadline - t)
-        fading = left / (left + self.limits.period) if self._silent > BRIDGED else 1.0
+        fading = left / (left + self.limits.period) if self._silent > checks.BRIDGED else 1.0
         return [h + fading * (tau - h) for tau, h in zip(self._tau, self.holding, strict=True)]
 
     def _brake(self, state: GuardState) -> Sequence[float]:

@@ -142,10 +142,21 @@ def test_a_command_computed_with_another_model_is_refused_by_name():
     assert guard.model_id == "new"
     guard.step(command(0.0, 1, model_id="other"), REST, 0.0)
     assert guard.refusal == "command computed with model 'other', served is 'new'"
-    guard.step(command(0.0, 1), REST, 2.0)
+    guard.step(command(0.001, 1), REST, 0.001)
     assert (guard.passed, guard.refused, guard.mode) == (0, 2, ARMED)
-    guard.step(command(0.001, 2, model_id="new"), REST, 0.001)
+    guard.step(command(0.002, 2, model_id="new"), REST, 0.002)
     assert guard.passed == 1
+
+
+def test_time_that_goes_back_or_is_none_stops_the_arm():
+    """It would be armed for as long as time had gone back, and hear of no silence."""
+    for t, told in ((-50.0, "-50"), (0.9, "0.9"), (math.nan, "nan")):
+        guard = armed()
+        assert guard.step(command(1.0, 1), REST, 1.0) and guard.mode == ARMED
+        guard.step(None, REST, 1.0)
+        assert guard.mode == ARMED  # asked twice for the same instant
+        guard.step(None, REST, t)
+        assert guard.mode != ARMED and guard.reason == f"time went from 1 to {told} s"
 
 
 def test_commands_of_the_model_before_pass_for_the_changeover_and_no_longer():
@@ -188,7 +199,11 @@ def test_before_a_model_is_served_commands_of_any_model_pass():
     guard.step(command(0.005, 2), REST, 0.005)
     assert guard.passed == 2
     guard.serve("first", 0.01)
-    guard.step(command(0.01, 3), REST, 0.01)  # of the time before, in the changeover
+    for k, model_id in enumerate(("any", "")):  # of no model that was served: there is no changeover
+        guard.step(command(0.01, 3 + k, model_id=model_id), REST, 0.01)
+        assert guard.refusal == f"command computed with model '{model_id}', served is 'first'"
+    assert guard.passed == 2
+    guard.step(command(0.01, 5, model_id="first"), REST, 0.01)
     assert guard.passed == 3
 
 

@@ -38,7 +38,7 @@ HEAVY = replace(RANGED, loads=replace(WEIGHTLESS, holding=(0.7, -2.0), stiffness
 CHECKED = replace(RANGED, noise=(0.003, 0.004))
 ARMS = (LIMITS, RANGED, HEAVY, CHECKED)
 CHECKS = ("too_fast", "over_speed", "overstrained", "too_much_energy", "unusable")
-BLINDFOLDS = ("guarding.plausibility.Plausibility._judge", *(f"guard.{check}" for check in CHECKS))
+BLINDFOLDS = ("guarding.plausibility.Plausibility._judge", *(f"guarding.checks.{check}" for check in CHECKS))
 
 
 @cache

@@ -4,9 +4,10 @@ import math
 from dataclasses import replace
 
 import pytest
-from guarded_arm import WEIGHTLESS, armed, command
+from guarded_arm import LIMITS, WEIGHTLESS, armed, command
 
 from flexarm_controller.guard import ARMED, BRAKING, GuardState, JointRange
+from flexarm_controller.guarding.onward import Onward
 
 RANGE = JointRange(-1.0, 2.0, 10.0, 0.5)
 ANYWHERE = JointRange(-math.inf, math.inf, 10.0, 0.5)
@@ -116,3 +117,36 @@ def test_with_weight_the_torque_fades_from_its_limit_to_what_holds_the_arm():
     loads = replace(WEIGHTLESS, holding=(1.0, 0.0))
     assert held_at(ranged(loads=loads), 2.0 - middle, 9.0)[0] == pytest.approx(1.5)  # of 1 and 2
     assert held_at(ranged(loads=loads), -1.0 + middle, -9.0)[0] == pytest.approx(-0.5)  # of 1 and -2
+
+
+UNIT = replace(WEIGHTLESS, inertia=((1.0, 0.0), (0.0, 1.0)))
+PUSHED = {"effort": (200.0, 2.0), "effort_rate": (1e5, 1e5), "velocity_delay": 0.01, "energy": math.inf}
+
+
+@pytest.mark.parametrize(
+    ("tau", "v", "mode"),
+    [
+        # 100 N m on 1 kg m^2 give 1.05 rad/s within 10 ms and the ramp: 0.55 beyond the margin of 0.5
+        (100.0, 3.3, ARMED),
+        (100.0, 3.5, BRAKING),  # of 3.97
+        (50.0, 3.9, ARMED),  # within the margin
+        (-100.0, 3.9, ARMED),  # it is slowed
+        (-100.0, -3.5, ARMED),  # 3 rad from that end
+    ],
+)
+def test_an_axis_that_the_motors_will_have_made_too_fast_is_braked_before_the_drives_tell(tau, v, mode):
+    guard = ranged(**PUSHED, loads=UNIT)
+    for k in range(2):
+        guard.step(command(0.005 * k, k, effort=(tau, 0.0)), GuardState((0.0, 0.0), (-0.9, 0.0)), 0.005 * k)
+    guard.step(command(0.01, 2, effort=(tau, 0.0)), GuardState((v, 0.0), (1.0, 0.0)), 0.01)
+    assert guard.mode == mode
+    if mode == BRAKING:
+        assert guard.reason == "axis 1 at 1 will be too fast for the end of its range: 4.05 of 3.97"
+
+
+def test_what_the_motors_gain_is_of_the_torque_beyond_what_holds_the_arm_and_of_two_periods():
+    loads = replace(WEIGHTLESS, inertia=((2.0, 0.0), (0.0, 1.0)))
+    onward = Onward(replace(LIMITS, **PUSHED))
+    assert onward.gained((51.0, 0.5), loads, (1.0, 0.5)) == pytest.approx([(0.01 * 25 + 0.0125) / 2, 0.0])
+    assert onward.gained((-49.0, 0.5), loads, (1.0, 0.5)) == pytest.approx([(0.0 - 0.0125) / 2, 0.0])
+    assert onward.gained((-49.0, 0.5), loads, (1.0, 0.5)) == pytest.approx([(-0.5 - 0.0125) / 2, 0.0])

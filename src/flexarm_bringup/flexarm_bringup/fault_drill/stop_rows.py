@@ -11,6 +11,7 @@ from flexarm_bringup.fault_drill.controller_stand import ControllerStand
 from flexarm_bringup.fault_drill.drive_time import driven_periods, last_period, until_braked, until_undriven
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.motion_record import drive_state
+from flexarm_bringup.fault_drill.push_rows import pushed_at_once
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.stand import Skipped
 from flexarm_bringup.sim.hardware import Hardware
@@ -83,7 +84,7 @@ def stops(stand: ControllerStand) -> list[Finding]:
 
 
 def ends_of_ranges(stand: ControllerStand) -> list[Finding]:
-    """Drive every axis towards both ends of its range at full speed, and go on pushing."""
+    """Drive every axis towards both ends of its range at full speed, and go on pushing; then all at once."""
     beyond = pushing = 0.0
     reached, unseen = 0, 0
     low, high = stand.limits.position_low, stand.limits.position_high
@@ -107,6 +108,7 @@ def ends_of_ranges(stand: ControllerStand) -> list[Finding]:
         Finding("beyond the end / range", 100.0 * beyond, 0.5, "%"),
         Finding("outward torque at the end / limit", pushing, 1e-9),
         Finding(f"approaches that the guard did not stop, of {reached}", unseen, 0),
+        *pushed_at_once(stand, _at_start(stand)),
     ]
 
 

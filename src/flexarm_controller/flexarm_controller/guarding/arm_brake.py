@@ -53,8 +53,19 @@ class ArmBrake:
         self._braked += 1
         wanted = [brake.acceleration(q, v, loads.rate) for brake, q, v in axes]
         turning = [0.0 if brake.is_held else v for brake, _, v in axes]  # noise squared would push
-        moving = loads.moving(wanted, turning)
-        return [h + tau for h, tau in zip(holding, moving, strict=True)]
+        even = [self._unpushed(i, c, told[1][i]) for i, c in enumerate(loads.even(turning))]
+        moved = zip(holding, even, loads.changing(wanted), turning, strict=True)
+        return [h + _against(c + tau, v) for h, c, tau, v in moved]
+
+    def _unpushed(self, axis: int, even: float, v: float) -> float:
+        """Return what keeps the axes at their velocities, less where it pushes one on: that may brake itself.
+
+        Near where loops cannot close it grows beyond all bounds, and what it pushes makes it grow.
+        """
+        if not even * v > 0.0:  # also when the velocity is not a number
+            return even
+        braking = self._limits.braking
+        return even * max(0.0, 1.0 - abs(v) * braking.taper / braking.peak[axis])
 
     def fails(self, beyond: Sequence[float], velocity: Sequence[float]) -> str:
         """Return which axis does not obey; empty when all do. To be asked once a period of braking.
@@ -74,3 +85,8 @@ class ArmBrake:
         much = f"{label.velocity(velocity[axis])} of {label.velocity(self._limits.velocity[axis])}"
         wrong = "look at sign and unit of its motor and encoder, and at its load"
         return f"{label.name} is braked and gets no slower, {much}: {wrong}; left to the drives' brakes"
+
+
+def _against(tau: float, v: float) -> float:
+    """Return a torque that takes energy from an axis that moves; what would push it on the others bear."""
+    return 0.0 if tau * v > 0.0 else tau

@@ -6,8 +6,10 @@ import math
 from collections.abc import Sequence
 
 from flexarm_controller.guarding.limits import GuardLimits
-from flexarm_controller.guarding.messages import GuardState
+from flexarm_controller.guarding.messages import GuardCommand, GuardState
 
+BRIDGED = 1  # periods without a command for which the last torque is kept
+ROUNDED = 0.1  # periods by which an age may be beyond its limit: stamps are rounded, and come once a period
 USTRAIN = 1e6  # per unit of strain
 
 
@@ -20,18 +22,45 @@ def unusable(effort: Sequence[float], axes: int) -> str:
     return ""
 
 
-def too_fast(state: GuardState, limits: GuardLimits) -> str:
-    """Return which axis is too fast for the end of its range; empty when none is."""
+def went_back(t: float, before: float) -> str:
+    """Return that time went back from one period [s] to the next, or is none; empty when it did not."""
+    return "" if t >= before else f"time went from {before:.9g} to {t:.9g} s"
+
+
+def mistimed(command: GuardCommand, t: float, limits: GuardLimits) -> str:
+    """Return what is wrong with the times of a command now [s]; empty when nothing is."""
+    period, most, delay = limits.period, limits.max_age, command.acts_at - command.t
+    if not -period < t - command.t <= most + ROUNDED * period:
+        return f"command is {1e3 * (t - command.t):.0f} ms old"
+    if math.isnan(delay) or delay > most - (BRIDGED - ROUNDED) * period:
+        after, age = f"{1e3 * delay:.0f} ms after its state", f"{1e3 * most:.0f} ms"
+        return f"command acts {after}: of {age} no period is left"
+    return ""
+
+
+def too_fast(state: GuardState, limits: GuardLimits, gained: Sequence[float] = ()) -> str:
+    """Return which axis is too fast for the end of its range, or will be; empty when none is.
+
+    Args:
+        state: What the drives tell.
+        limits: Of the guard.
+        gained: By how much the motors make every axis faster before braking acts [rad/s] or [m/s]; the
+            margin of the range is for that.
+    """
     if not limits.ranges:
         return ""
     if not len(state.velocity) == len(state.position) == len(limits.ranges):
         return "drives do not tell position and velocity of every axis"
-    for axis, (q, v, known) in enumerate(zip(state.position, state.velocity, limits.ranges, strict=True)):
-        allowed = known.allowed_at(q, v)
-        if not abs(v) <= allowed + limits.rest_velocity:  # also when it is not a number
-            label = limits.label(axis)
-            much = f"{label.velocity(v)} of {label.velocity(allowed)}"
-            return f"{label.name} at {label.position(q, 4)} is too fast for the end of its range: {much}"
+    axes = zip(state.velocity, gained, limits.ranges, strict=False)
+    ahead = [v + math.copysign(max(0.0, abs(more) - known.margin), more) for v, more, known in axes]
+    for is_ahead, velocities in enumerate((state.velocity, ahead)):
+        for axis, (q, v, known) in enumerate(zip(state.position, velocities, limits.ranges, strict=False)):
+            allowed = known.allowed_at(q, v)
+            if not abs(v) <= allowed + limits.rest_velocity:  # also when it is not a number
+                label, how = limits.label(axis), "will be" if is_ahead else "is"
+                much = f"{label.velocity(v)} of {label.velocity(allowed)}"
+                at = f"{label.name} at {label.position(q, 4)}"
+                return f"{at} {how} too fast for the end of its range: {much}"
     return ""
 
 

@@ -62,20 +62,22 @@ class Loads:
         away = [_within(q - q_0, most) for q, q_0, most in zip(known, self.pose, self.reach, strict=True)]
         return [h + product(row, away) for h, row in zip(self.holding, self.stiffness, strict=True)]
 
-    def moving(self, acceleration: Sequence[float], velocity: Sequence[float]) -> list[float]:
-        """Return the torque that the motion takes [N m] or [N].
+    def even(self, velocity: Sequence[float]) -> list[float]:
+        """Return the torque that keeps the axes at their velocities [N m] or [N].
 
         Args:
-            acceleration: That is wanted [rad/s^2] or [m/s^2].
             velocity: That is told [rad/s] or [m/s]; what is not a number turns nothing.
         """
         known = [_within(v, most) for v, most in zip(velocity, self.fastest, strict=True)]
         pairs = [v * w for j, v in enumerate(known) for w in known[j:]]
-        even = [
+        return [
             _within(product(turning, pairs) + product(slowing, known), math.inf)
             for turning, slowing in zip(self.turning, self.slowing, strict=True)
         ]
-        return [c + product(row, acceleration) for c, row in zip(even, self.inertia, strict=True)]
+
+    def changing(self, acceleration: Sequence[float]) -> list[float]:
+        """Return the torque that accelerations of the axes [rad/s^2] or [m/s^2] take beyond that."""
+        return [product(row, acceleration) for row in self.inertia]
 
 
 def product(row: Sequence[float], column: Sequence[float]) -> float:
