@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,11 +11,13 @@ import numpy as np
 import pytest
 
 from flexarm_bringup import cli
-from flexarm_bringup.page.report import Page
+from flexarm_bringup.page.report import Page, Table
+from flexarm_bringup.record import Figures
 from flexarm_bringup.reproduce import seed_002, seed_002_errors
 from flexarm_bringup.reproduce.reference import column, read_reference
 from flexarm_bringup.reproduce.seed_002_data import (
     CALIBRATIONS,
+    SIMULATION,
     ModalData,
     Records,
     modal_data,
@@ -22,7 +25,17 @@ from flexarm_bringup.reproduce.seed_002_data import (
     record_all,
 )
 from flexarm_bringup.reproduce.seed_002_errors import rate_table
-from flexarm_bringup.reproduce.seed_002_shaping import Results, measure_all
+from flexarm_bringup.reproduce.seed_002_loops import LOOPS, LoopFigures, loop_table, measure_loops
+from flexarm_bringup.reproduce.seed_002_shaping import (
+    BASE,
+    NOTED_GAINS,
+    ZETA,
+    Result,
+    Results,
+    measure_all,
+    whole_record_gains,
+)
+from flexarm_bringup.reproduce.vibration import constant
 
 Capture = pytest.CaptureFixture[str]
 
@@ -39,6 +52,22 @@ GOLDEN_RMS = {  # seed 002, section 4: predicted RMS [m/s^2], rows 10, 30, 60 de
     ],
 }
 GOLDEN_PEAKS = {"sim": [4.16, 12.1, 23.5], "exp": [4.27, 12.5, 24.6]}  # the same, case A
+
+NOTED_LOOPS = {  # seed 002, section 6: residual [m/s^2], dB, settling [ms]
+    "LQG": (0.112, -24.8, 229),
+    "MPC": (0.057, -30.7, 86),
+    "LQG, clipped at 0.6 N·m": (0.262, -17.4, 351),
+    "MPC, limit 0.6 N·m": (0.058, -30.5, 106),
+}
+WITHOUT_LOOP: Results = {BASE: dict.fromkeys((-0.10, 0.0, 0.10), Result(1.94, 4.2))}
+
+
+def looped(**residuals: float) -> LoopFigures:
+    """Return figures of all loops as if they had left so much [m/s^2], 0.05 where nothing is said."""
+    return {
+        name: {error: Figures(residuals.get(name, 0.05), 0.06, 0.5, 4e-5) for error in loop.errors}
+        for name, loop in LOOPS.items()
+    }
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +86,10 @@ def shaped(modes: ModalData) -> Results:
 
 
 @pytest.fixture(scope="module")
-def page() -> Page:
-    return seed_002.main()
+def page() -> Iterator[Page]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(seed_002, "measure_loops", looped)
+        yield seed_002.main()
 
 
 def test_modal_data_are_those_of_the_exact_beam(modes: ModalData) -> None:
@@ -117,6 +148,50 @@ def test_residuals_of_shapers_are_golden(
     assert at[0.0].residual < 0.0005  # exact in time; seed 002 sampled its shapers and kept more
 
 
+def test_gains_in_the_whole_record_are_those_of_the_notes(modes: ModalData) -> None:
+    gains = whole_record_gains(modes, constant(ZETA), SIMULATION.window)
+    found = [gains[name] for name in NOTED_GAINS]
+    assert found == pytest.approx([7.6, 9.8], rel=0.01)  # windows of 4.55 ... 7.15 s move them by as much
+    assert gains[BASE] == 1.0 and list(NOTED_GAINS.values()) == [7.6, 9.8]
+
+
+def test_page_has_the_loops_of_the_notes_beside_ours_and_the_gains_in_the_whole_record(page: Page) -> None:
+    tables = {item.title: item for item in page.items if isinstance(item, Table)}
+    loops = tables["Vibration left by closed loops on the assumed rig"]
+    titles = [column.title for column in loops.columns]
+    noted = [titles.index(name) for name in ("notes\n[m/s²]", "notes [dB]\nexact f", "notes\n[ms]")]
+    rows = {row[0]: [row[i] for i in noted] for row in loops.rows[1:]}
+    assert rows == {name: pytest.approx(values) for name, values in NOTED_LOOPS.items()}
+    assert "paper closes no loop" in loops.notes[0]
+    mpc = next(row for row in loops.rows if row[0] == "MPC")
+    assert (mpc[1], mpc[titles.index("notes [dB]\nf ±10 %")]) == (0.05, "-31 to -28")
+    shaping = tables["Vibration left by timing and by shaping alone"]
+    assert [texts[-2:] for texts in shaping.texts()[-2:]] == [["7.6", "7.6"], ["9.7", "9.8"]]
+    assert any("RMS of the whole record" in line for line in page.remarks["Not claimed"])
+
+
+def test_a_loop_that_leaves_more_than_the_notes_have_or_never_arrives_is_missed() -> None:
+    assert all(check.passed for check in loop_table(looped(), WITHOUT_LOOP)[1])
+    for name, (residual, *_) in NOTED_LOOPS.items():
+        checks = loop_table(looped(**{name: 1.02 * residual}), WITHOUT_LOOP)[1]  # 0.2 dB more
+        assert [check.passed for check in checks] == [other != name for other in NOTED_LOOPS]
+    good, quiet = looped()["MPC"], Figures(0.001, np.inf, 0.5, 4e-5)
+    for at in ({**good, -0.10: Figures(0.08, 0.06, 0.5, 4e-5)}, {**good, 0.0: quiet}):
+        checks = loop_table({**looped(), "MPC": at}, WITHOUT_LOOP)[1]
+        assert [check.passed for check in checks] == [True, False, True, True]
+    assert "never arrives" in checks[1].found
+
+
+@pytest.mark.slow
+def test_loops_in_lockstep_leave_what_is_told_of_them() -> None:
+    found = measure_loops()
+    residuals = [found[name][0.0].residual for name in NOTED_LOOPS]
+    # noise of another seed moves a residual by a tenth
+    np.testing.assert_allclose(residuals, [0.080, 0.036, 0.101, 0.033], rtol=0.15)
+    assert [found[name][0.0].peak_torque <= 0.6 for name in NOTED_LOOPS] == [False, False, True, True]
+    assert all(check.passed for check in loop_table(found, WITHOUT_LOOP)[1])
+
+
 def test_every_column_of_a_table_has_a_name_of_its_own_in_json(page: Page) -> None:
     names = [name for table in page.to_json()["tables"] for name in table["columns"]]
     assert [name for name in names if not name or name != name.strip() or "(2)" in name] == []
@@ -124,7 +199,7 @@ def test_every_column_of_a_table_has_a_name_of_its_own_in_json(page: Page) -> No
 
 def test_every_bound_is_met(page: Page) -> None:
     assert [check.name for check in page.checks if not check.passed] == []
-    assert len(page.checks) >= 14
+    assert len(page.checks) >= 19
 
 
 def test_what_is_fitted_assumed_and_not_claimed_is_said(page: Page) -> None:
@@ -135,7 +210,11 @@ def test_what_is_fitted_assumed_and_not_claimed_is_said(page: Page) -> None:
     assert text.count("misprint: 0.0950") == 2
     assert "E = 208.5 GPa (printed 210)" in text
     assumed = "\n".join(page.remarks["Assumed"])
-    wanted = ("horizontally", "Butterworth of 20 Hz on its 512 Hz records, of order 4", "delay of one sample")
+    wanted = (
+        "horizontally",
+        "Butterworth of 20 Hz on its 512 Hz records, of order 4",
+        "delay of one sample: a torque",
+    )
     assert all(said in assumed for said in wanted)
 
 
@@ -154,12 +233,13 @@ def test_command_writes_json_and_a_page_with_plots(tmp_path: Path, capsys: Captu
     assert cli.main(["reproduce", "002", "--json", str(files[0]), "--html", str(files[1])]) == 0
     content = json.loads(files[0].read_text())
     assert content["passed"] is True
-    assert len(content["tables"]) == 7
+    assert len(content["tables"]) == 8
     assert files[1].read_text().count("<svg") == 3
     assert "Table 1 recomputed" in capsys.readouterr().out
 
 
 def test_a_missed_bound_is_exit_code_1(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     monkeypatch.setitem(seed_002_errors.CALIBRATED_BOUNDS, "sim", 5.0)
+    monkeypatch.setattr(seed_002, "measure_loops", looped)
     assert cli.main(["reproduce", "002"]) == 1
     assert "MISSED" in capsys.readouterr().out

@@ -15,7 +15,7 @@ from flexarm_bringup.reproduce.vibration import Damping, Mode, PowerLaw, simulat
 from flexarm_bringup.residual import lowpass, rms
 from flexarm_bringup.share import share_path
 from flexarm_model.manipulator.description import ManipulatorConfig
-from flexarm_model.motion.profiles import Trapezoid
+from flexarm_model.motion.profiles import Profile, Trapezoid
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -134,7 +134,7 @@ def read_published() -> Published:
     return Published(read_reference("seed002_table1"), read_reference("seed002_table2"))
 
 
-def record(motion: Trapezoid, mode: Mode, damping: Damping, window: float) -> Record:
+def record(motion: Profile, mode: Mode, damping: Damping, window: float) -> Record:
     """Return what the paper's instrument would have recorded from t = 0 to ``window`` [s]."""
     vibration = simulate(motion, mode, damping, RATE_HZ, int(window * RATE_HZ))
     return Record(vibration.t, lowpass(vibration.acceleration, RATE_HZ))
