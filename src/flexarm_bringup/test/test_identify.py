@@ -18,6 +18,7 @@ from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.measurement import Responses, SourceError, merge
 from flexarm_bringup.identify.page import _collinearity, _knowledge
 from flexarm_bringup.identify.run import NEEDED_LINES, WINDOWED_LINES
+from flexarm_bringup.identify.simpler_methods import half_power_beside
 from flexarm_bringup.identify.sources import read_sources
 from flexarm_bringup.identify.uff_source import read_uff
 from flexarm_model.manipulator.body_spec import Beam
@@ -269,6 +270,16 @@ def test_a_damping_is_known_where_its_sigma_is_well_below_it(is_windowed, lines,
     """It was known beside a sigma of 17.7 % of it."""
     result = SimpleNamespace(needed_lines=WINDOWED_LINES if is_windowed else NEEDED_LINES)
     assert _knowledge(result, lines, 0.01, percent / 100 * 0.01) == said
+
+
+@pytest.mark.parametrize(("first", "step", "word"), [(5.0, 1.0, "lines too coarse"), (12.1, 0.02, "no band")])
+def test_half_power_that_cannot_be_read_is_a_word(first: float, step: float, word: str) -> None:
+    omega = 2 * np.pi * F_HZ
+    frf = modal_frf(
+        np.arange(first, 25.0, step), Modes(omega, 2 * 0.01 * omega, np.eye(2)), Ports(np.eye(2), np.eye(2))
+    )
+    cells = {(name, "f"): frf.H[:, i, 0] for i, name in enumerate("ab")}
+    assert half_power_beside(Responses(frf.f_hz, cells, {}, "receptance"), frf, float(F_HZ[0])) == word
 
 
 def test_an_update_without_a_manipulator_is_refused(tmp_path, capsys):

@@ -17,6 +17,7 @@ from flexarm_bringup.reproduce.seed_001_close import pair, study
 from flexarm_bringup.reproduce.seed_001_data import SEED
 from flexarm_bringup.reproduce.seed_001_machine import PRESETS, Machine, load_machine, magnitude
 from flexarm_bringup.reproduce.seed_001_point_mass import STIFFNESS, null_reading, point_mass
+from flexarm_bringup.reproduce.seed_001_presets import preset_table
 from flexarm_bringup.reproduce.seed_001_printed import milling_force, read_printed
 from flexarm_bringup.reproduce.seed_001_rig import Rig, Unknowns, assemble, fit_unknowns, legs
 from flexarm_model.manipulator.body_spec import Beam, RigidBody
@@ -126,6 +127,7 @@ def test_the_null_predictor_is_read_on_the_same_grid_as_the_machine(
     machines: dict[str, Machine], preset: str
 ) -> None:
     null, ours = null_reading(SEED[preset]), machines[preset].reading("tool")
+    assert ours is not None
     assert (null.f_hz, null.low_hz, null.high_hz) == (ours.f_hz, ours.low_hz, ours.high_hz)
     assert null.stiffness == pytest.approx(ours.stiffness, rel=5e-3)  # other modes hardly show
     softer = replace(SEED[preset], f2_hz=SEED[preset].f2_hz + 0.25)
@@ -187,6 +189,18 @@ def test_fits_beat_half_power_on_the_machine(machines: dict[str, Machine]) -> No
     fit, null = found["modal fit"], found["half-power"]
     assert (fit.f < null.f).all() and (fit.zeta < null.zeta).all() and fit.k < null.k
     assert found["half-power on lines"].zeta == pytest.approx([10.4, 0.0], abs=0.1)  # the seed: 10.2, .2
+
+
+def test_what_lines_are_too_coarse_for_is_said_and_missed(machines: dict[str, Machine]) -> None:
+    """A mode half as wide, 2.2 or 1.9 lines per bandwidth; the paper's way needs three."""
+    sharp = {
+        name: replace(item, model=replace(item.model, D=item.model.D / 2)) for name, item in machines.items()
+    }
+    table, checks = preset_table(sharp, read_printed())
+    assert [row[1] for row in table.rows if row[0] == "exp, tool"] == ["lines too coarse"]
+    assert [check.passed for check in checks if check.found == "lines too coarse"] == [False] * 2
+    found = seed_001_fits.study(sharp["sim"], 10.0, runs=2)
+    assert np.isnan(found["half-power on lines"].zeta[0]) and np.isfinite(found["half-power"].zeta).all()
 
 
 def test_without_noise_half_power_sees_one_of_two_modes_a_bandwidth_apart() -> None:

@@ -11,7 +11,7 @@ from tripod import GOLDEN_HZ, tripod
 
 from flexarm_model.modal.cmif import cmif, pick_modes, track_curves
 from flexarm_model.modal.frf import Frf, Ports, modal_frf
-from flexarm_model.modal.half_power import HalfPower, half_power
+from flexarm_model.modal.half_power import HalfPower, LinesTooCoarseError, half_power
 from flexarm_model.modal.mac import mac
 from flexarm_model.modal.modes import Modes
 from flexarm_model.modal.peaks import interpolate_peak, pick_peaks
@@ -128,6 +128,55 @@ def test_half_power_needs_a_peak_that_falls_on_both_sides() -> None:
         half_power(coarse, one_mode(coarse, 10.4, 1e-3), 10.0)
 
 
+def readings(lines: float, interpolate: bool) -> list[HalfPower | None]:
+    """Return half power of one mode of 1 % damping, 101 places between two lines; None where refused."""
+    step = 2 * 0.01 * 20.0 / lines
+    found: list[HalfPower | None] = []
+    for place in np.linspace(0.0, 1.0, 101, endpoint=False):
+        f = 20.0 + step * (np.arange(-20, 21) - place)
+        try:
+            found.append(half_power(f, one_mode(f, 20.0, 0.01), 20.0, interpolate))
+        except LinesTooCoarseError:
+            found.append(None)
+    return found
+
+
+@pytest.mark.parametrize("lines", [0.5, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0, 3.0])
+def test_half_power_between_lines_is_within_a_quarter_of_the_squared_gap_or_refused(lines: float) -> None:
+    """The chord under the resonance falls to half power by (2 / lines)^2 / 16 too late, at most."""
+    found = readings(lines, True)
+    told = [one for one in found if one]
+    assert len(told) == len(found) or lines < 1.0
+    assert all(one.low_hz < one.f_hz < one.high_hz for one in told)
+    off = np.array([one.zeta / 0.01 - 1 for one in told])
+    assert (abs(off) <= min(1 / (4 * lines**2), 0.17) + 0.01).all()  # a resonance leans by its damping ratio
+
+
+@pytest.mark.parametrize("lines", [0.5, 1.0, 1.5, 2.0, 2.95, 4.0, 5.0, 6.0, 7.0])
+def test_half_power_on_lines_is_within_what_its_page_says_or_refused(lines: float) -> None:
+    told = [one for one in readings(lines, False) if one]
+    assert bool(told) == (lines >= 2.95)
+    low, high = (-0.19, 0.37) if lines < 5.0 else (-0.14, 0.21)
+    off = np.array([one.zeta / 0.01 - 1 for one in told])
+    assert ((low - 0.005 <= off) & (off <= high + 0.005)).all()
+
+
+def test_a_single_mode_on_the_grid_of_seed_000_reads_no_band_that_its_peak_is_outside_of() -> None:
+    """13.88 Hz read 64 % too little damping, from a band of 13.72 to 13.82 Hz."""
+    f = 0.3125 * np.arange(1.0, 801.0)
+    for f_0 in (1.4041, 13.6052, 13.8773, 14.5651):  # at most 0.94 lines per bandwidth
+        with pytest.raises(LinesTooCoarseError, match=r"reads 0\.\d+ lines; needed are 1 or more"):
+            half_power(f, one_mode(f, f_0, 0.01), f_0)
+
+
+def test_the_widest_gap_counts_where_lines_are_left_out() -> None:
+    f = np.arange(10.0, 30.0, 0.1)
+    whole, holed = f, np.delete(f, range(96, 106))  # 19.6 to 20.5 Hz
+    assert half_power(whole, one_mode(whole, 20.05, 0.02), 20.0).zeta == pytest.approx(0.02, rel=0.01)
+    with pytest.raises(LinesTooCoarseError):
+        half_power(holed, one_mode(holed, 20.05, 0.02), 20.0)
+
+
 def crossing_pair() -> Frf:
     """Return two modes with shapes that no symmetry couples; the wide one crosses the narrow one twice."""
     omega = 2 * np.pi * np.array([20.0, 20.5])
@@ -181,3 +230,10 @@ def test_a_curve_that_is_no_number_somewhere_ends_the_climb() -> None:
     magnitude[100:] = np.nan
     with pytest.raises(ValueError, match="half"):
         half_power(GRID, magnitude, 130.0)
+
+
+def test_a_line_beside_the_peak_that_is_no_number_gives_no_band() -> None:
+    magnitude = one_mode(GRID, 129.0, 0.02)
+    magnitude[130] = np.nan
+    with pytest.raises(ValueError, match="does not fall to half power before 131.0 Hz"):
+        half_power(GRID, magnitude, 128.0)

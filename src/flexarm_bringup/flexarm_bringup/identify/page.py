@@ -157,10 +157,9 @@ def _beside(result: Result, fit: PoleFit) -> Table:
     for f, simple, other in zip(fit.model.f_hz, result.half_power, others, strict=True):
         single = _nearest(result.single_hz, float(f))
         model = None if other else _nearest(result.model_hz, float(f))
-        rows.append([
-            float(f), simple.f_hz if simple else None, PERCENT * simple.zeta if simple else None, single,
-            model, PERCENT * (float(f) / model - 1) if model else None,
-        ])  # fmt: skip
+        half: Cells = [None, simple] if isinstance(simple, str) else [simple.f_hz, PERCENT * simple.zeta]
+        against = PERCENT * (float(f) / model - 1) if model else None
+        rows.append([float(f), *half, single, model, against])
     return Table("Simpler methods and the model beside", heads, rows)
 
 

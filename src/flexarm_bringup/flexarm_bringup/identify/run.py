@@ -77,7 +77,7 @@ class Result:
         found: The modes.
         scatter: By bootstrap over blocks; None without records.
         methods: Over methods; None without modes.
-        half_power: Per mode by half-power on the largest response; None where it fails.
+        half_power: Per mode by half-power on the largest response; words where it fails.
         single_hz: Frequencies that one input alone gives through the chart, without refinement [Hz].
         model_hz: Frequencies of the manipulator as described [Hz]; empty without one.
         deaf: Outputs left out, since they are incoherent on most lines, with the share of those [1].
@@ -96,7 +96,7 @@ class Result:
     found: Identified
     scatter: Scatter | None
     methods: Scatter | None
-    half_power: tuple[HalfPower | None, ...]
+    half_power: tuple[HalfPower | str, ...]
     single_hz: tuple[float, ...]
     model_hz: tuple[float, ...]
     deaf: dict[str, float]

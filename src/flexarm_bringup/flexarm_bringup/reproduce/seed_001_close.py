@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.page.check import Check
-from flexarm_bringup.page.report import Cells, Column, Table
+from flexarm_bringup.page.report import MISSING, Cells, Column, Table
 from flexarm_bringup.reproduce.seed_001_fits import rms_percent, start_poles, with_noise
 from flexarm_bringup.reproduce.seed_001_machine import magnitude
 from flexarm_bringup.reproduce.seed_001_point_mass import MASS, point_mass
@@ -135,7 +135,7 @@ def pair(distance_hz: float) -> tuple[Modes, Frf]:
 
 
 def _dampings(curve: Array, truth: Array) -> list[float]:
-    """Return the damping that half-power reads nearest to each mode; nan where the curve does not fall."""
+    """Return the damping that half-power reads nearest to each mode; nan where it reads none."""
     found = []
     for near in truth:
         try:
@@ -166,5 +166,6 @@ def _checks(found: Pair) -> list[Check]:
 
 
 def _two(values: Array) -> str:
-    first, second = (f"{value:.2g}" if value < 99.5 else f"{value:.0f}" for value in values)
-    return f"{first} / {second}"
+    return " / ".join(
+        MISSING if np.isnan(value) else f"{value:.2g}" if value < 99.5 else f"{value:.0f}" for value in values
+    )

@@ -23,11 +23,10 @@ def response_figure(machines: Machines) -> Figure:
             for point, colour in zip(ROWS, COLOURS, strict=False):
                 frf = machine.drive_point(point, machine.force(point), LINES)
                 axes.semilogy(LINES, 1e3 * magnitude(frf), color=colour, label=point)
-                found = machine.reading(point)
-                level = 1e3 * found.height / np.sqrt(2)
-                axes.fill_between(
-                    [found.low_hz, found.high_hz], level, 1e3 * found.height, color=colour, alpha=0.3
-                )
+                if found := machine.reading(point):
+                    top = 1e3 * found.height
+                    band = [found.low_hz, found.high_hz]
+                    axes.fill_between(band, top / np.sqrt(2), top, color=colour, alpha=0.3)
             turned = machine.drive_point("tool", machine.force("tool", OFF_DEG), LINES)
             axes.semilogy(
                 LINES, 1e3 * magnitude(turned), ":", color=COLOURS[0], label=f"tool, force {OFF_DEG:g}° off"

@@ -17,7 +17,7 @@ from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_001_machine import FIRST, SECOND, Machine, magnitude
 from flexarm_model.modal.fit import fit_poles
 from flexarm_model.modal.frf import Frf
-from flexarm_model.modal.half_power import half_power
+from flexarm_model.modal.half_power import LinesTooCoarseError, half_power
 from flexarm_model.modal.modes import poles_of
 
 Array = NDArray[np.float64]
@@ -103,9 +103,8 @@ def study(machine: Machine, degrees: float, runs: int) -> dict[str, Accuracy]:
         fit = fit_poles(frf, start_poles(truth, rng)).model
         found["modal fit"].append(_row(fit.f_hz, fit.zeta, float(fit.modal_stiffness(force)[-1])))
         for name, between in (("half-power", True), ("half-power on lines", False)):
-            readings = [half_power(frf.f_hz, magnitude(frf), near, between) for near in truth]
-            f, zeta = (np.array([getattr(item, key) for item in readings]) for key in ("f_hz", "zeta"))
-            found[name].append(_row(f, zeta, readings[-1].stiffness * np.cos(np.radians(degrees))))
+            f, zeta, k = np.transpose([_half_power(frf, near, between) for near in truth])
+            found[name].append(_row(f, zeta, k[-1] * np.cos(np.radians(degrees))))
     wanted = _row(truth, machine.model.zeta[list(modes)], machine.stiffness("tool"))
     errors = {name: rms_percent(rows, wanted) for name, rows in found.items()}
     return {name: Accuracy(row[:2], row[2:4], float(row[4])) for name, row in errors.items()}
@@ -126,6 +125,15 @@ def with_noise(frf: Frf, level_db: float, rng: np.random.Generator) -> Frf:
 def rms_percent(found: Sequence[Array], truth: Array) -> Array:
     """Return the root mean square relative error over the runs [%], (m,); nan where nothing was found."""
     return np.asarray(100 * np.sqrt(np.mean((np.array(found) / truth - 1) ** 2, axis=0)))
+
+
+def _half_power(frf: Frf, near_hz: float, interpolate: bool) -> tuple[float, float, float]:
+    """Return f [Hz], zeta [1] and k [N/m]; nan where the lines are too coarse for them."""
+    try:
+        found = half_power(frf.f_hz, magnitude(frf), near_hz, interpolate)
+    except LinesTooCoarseError:
+        return (np.nan,) * 3
+    return found.f_hz, found.zeta, found.stiffness
 
 
 def _row(f: Array, zeta: Array, k: float) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.share import share_path
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.frf import Frf
-from flexarm_model.modal.half_power import HalfPower, half_power
+from flexarm_model.modal.half_power import HalfPower, LinesTooCoarseError, half_power
 from flexarm_model.modal.model_frf import displacement_row, model_frf
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import linearize
@@ -69,10 +69,16 @@ class Machine:
         matrix = model_frf(self.model, f_hz, ROWS[point], ROWS[point]).converted("receptance")
         return Frf(matrix.f_hz, matrix.H @ force[:, None])
 
-    def reading(self, point: str) -> HalfPower:
-        """Return what half-power on a 1 Hz grid reads at mode 2, force along it, in the paper's way."""
+    def reading(self, point: str) -> HalfPower | None:
+        """Return what half-power reads at mode 2, force along it, in the paper's way.
+
+        None where lines 1 Hz apart are too coarse for it.
+        """
         frf = self.drive_point(point, self.force(point))
-        return half_power(frf.f_hz, magnitude(frf), self.f_hz[SECOND], interpolate=False)
+        try:
+            return half_power(frf.f_hz, magnitude(frf), self.f_hz[SECOND], interpolate=False)
+        except LinesTooCoarseError:
+            return None
 
 
 def load_machine(preset: str) -> Machine:
