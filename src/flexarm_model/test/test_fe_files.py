@@ -102,7 +102,7 @@ WRONG_MATRICES = [
         "1 1 4.0\n2 2 5.0 9\n",
         ("k.mtx", "line 2", "'2 2 5.0 9'", "row, column, value"),
     ),
-    ("Abaqus' other format", "k.mtx", "1,1, 1,1, 4.0\n", ("line 1", "FORMAT=COORDINATE")),
+    ("Abaqus' names of nodes", "k.mtx", "1,1, 1,1, 4.0\n", ("names nodes", "row, column, value")),
     ("not a number", "k.mtx", "** a\n1 1 4.0\n2 2 x\n", ("line 3", "'2 2 x'")),
     ("NaN", "k.mtx", "1 1 4.0\n2 2 nan\n", ("line 2", "nan")),
     ("row zero", "k.mtx", "0 1 4.0\n", ("row 0", "from 1 to 2147483647")),

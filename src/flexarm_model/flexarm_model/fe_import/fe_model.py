@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from flexarm_model.fe_import.matrix_file import read_matrix, tells_size
-from flexarm_model.manipulator.imported_body import ImportedBody
+from flexarm_model.fe_import.abaqus_matrix import NodeOrder
+from flexarm_model.fe_import.matrix_file import names_nodes, read_matrix, tells_size
+from flexarm_model.manipulator.imported_body import ImportedBody, MatrixFile
 from flexarm_model.numeric.rotation import skew
 from flexarm_model.settings.strict_yaml import ConfigError
 
@@ -73,9 +74,10 @@ def load_model(body: ImportedBody) -> FeModel:
     Raises:
         ConfigError: A file is wrong, or its size does not fit the nodes.
     """
+    _refuse_two_forms(body)
     K = _read_stiffness(body)
-    M = _read_like(body.mass, K)
-    D = None if body.damping is None else _read_like(body.damping, K)
+    M = _read_like(body.mass, K, body)
+    D = None if body.damping is None else _read_like(body.damping, K, body)
     if body.rows is not None:
         order = np.ix_(body.rows, body.rows)
         M, K, D = M[order], K[order], None if D is None else D[order]
@@ -98,12 +100,31 @@ def load_model(body: ImportedBody) -> FeModel:
     )
 
 
+def _refuse_two_forms(body: ImportedBody) -> None:
+    """Refuse names of nodes beside another order of rows: only of one of them is it known to be right."""
+    files = [file for file in (body.stiffness, body.mass, body.damping) if file is not None]
+    by_nodes = [names_nodes(file) for file in files]
+    if any(by_nodes) and not all(by_nodes):
+        with_names, without = (files[by_nodes.index(named)].path for named in (True, False))
+        raise ConfigError(
+            f"{without}: does not name the nodes of its rows, and {with_names} does; expected all matrices "
+            "of a body in one form"
+        )
+    if any(by_nodes) and body.rows is not None:
+        raise ConfigError(f"{files[0].path}: names the nodes of its rows itself; leave 'rows' out")
+
+
+def _labels(body: ImportedBody) -> Indices:
+    return np.arange(1, body.x.shape[0] + 1) if body.labels is None else body.labels
+
+
 def _read_stiffness(body: ImportedBody) -> Any:
     """Read a stiffness as large as the nodes ask for; one that tells no size ends where its entries do.
 
     What it then leaves out has none: of the last nodes in it, or of nodes that rigid interfaces take along.
     """
-    K, n_nodes = read_matrix(body.stiffness), body.x.shape[0]
+    n_nodes = body.x.shape[0]
+    K = read_matrix(body.stiffness, NodeOrder(_labels(body)))
     sizes = (3 * n_nodes, 6 * n_nodes) if body.rows is None else (body.rows.size,)
     full = next((size for size in sizes if size >= K.shape[0]), 0)
     if K.shape[0] < full and not tells_size(body.stiffness):
@@ -121,9 +142,10 @@ def _read_stiffness(body: ImportedBody) -> Any:
     return K
 
 
-def _read_like(file: Any, K: Any) -> Any:
+def _read_like(file: MatrixFile, K: Any, body: ImportedBody) -> Any:
     """Read a matrix as large as K; one that tells no size ends where its entries do."""
-    matrix, n = read_matrix(file), K.shape[0]
+    n = K.shape[0]
+    matrix = read_matrix(file, NodeOrder(_labels(body), n // body.x.shape[0]))
     if matrix.shape[0] < n and not tells_size(file):
         matrix.resize((n, n))
     if matrix.shape != K.shape:

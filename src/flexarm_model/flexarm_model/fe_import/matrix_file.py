@@ -4,7 +4,7 @@
 |---|---|
 | Matrix Market (``.mtx``, ``.mm``; first line ``%%MatrixMarket ...``) | real; symmetric means one triangle |
 | MATLAB (``.mat``, versions 4 to 7.2) | the only matrix in it, or the one that ``variable`` names |
-| Abaqus (``.mtx``) | ``*MATRIX OUTPUT, FORMAT=COORDINATE``: row, column, value |
+| Abaqus (``.mtx``) | ``*MATRIX OUTPUT``, see ``abaqus_matrix`` |
 | Harwell-Boeing (``.matrix``, ``.hb``, ``.rsa``, ``.rua``) | text, as Ansys' ``HBMAT`` writes it |
 
 A matrix of which only one triangle is stored is completed by symmetry.
@@ -22,9 +22,11 @@ from typing import Any
 import numpy as np
 from scipy import io, sparse
 
+from flexarm_model.fe_import import abaqus_matrix
+from flexarm_model.fe_import.abaqus_matrix import NodeOrder, read_abaqus
 from flexarm_model.fe_import.harwell_boeing import read_harwell_boeing
 from flexarm_model.fe_import.matlab_file import logical_variables, read_variables
-from flexarm_model.fe_import.table import open_text, read_table, whole_numbers
+from flexarm_model.fe_import.table import open_text
 from flexarm_model.manipulator.imported_body import MatrixFile
 from flexarm_model.settings.strict_yaml import ConfigError
 
@@ -33,11 +35,12 @@ _SYMMETRIC = "symmetric"
 _COMMENT = "%"  # of Matrix Market; Abaqus has **
 
 
-def read_matrix(file: MatrixFile) -> Any:
+def read_matrix(file: MatrixFile, order: NodeOrder | None = None) -> Any:
     """Read a square sparse matrix.
 
     Args:
         file: Where it is.
+        order: In which a file that names nodes is read.
 
     Returns:
         ``scipy.sparse.csr_array`` of floats, (n, n).
@@ -51,7 +54,7 @@ def read_matrix(file: MatrixFile) -> Any:
         raise ConfigError(f"{file.path}: suffix '{suffix}': expected one of {', '.join(_READERS)}")
     if file.variable and suffix != ".mat":
         raise ConfigError(f"{file.path}: variable '{file.variable}': only a .mat file has variables")
-    found = _READERS[suffix](file)
+    found = _READERS[suffix](file, order)
     rows, columns = found.shape
     if rows != columns or rows == 0:
         raise ConfigError(f"{file.path}: is {rows} x {columns}; expected a square matrix")
@@ -72,7 +75,13 @@ def tells_size(file: MatrixFile) -> bool:
     return file.path.suffix.lower() not in (".mtx", ".mm") or _first_line(file.path).startswith(_COMMENT)
 
 
-def _read_matlab(file: MatrixFile) -> Any:
+def names_nodes(file: MatrixFile) -> bool:
+    """Tell whether a file says of every entry to which nodes it belongs, as one of Abaqus may."""
+    is_abaqus = file.path.suffix.lower() == ".mtx" and not _first_line(file.path).startswith(_COMMENT)
+    return is_abaqus and abaqus_matrix.names_nodes(file.path)
+
+
+def _read_matlab(file: MatrixFile, _: NodeOrder | None) -> Any:
     matrices = {
         name: value
         for name, value in read_variables(file.path).items()
@@ -96,7 +105,7 @@ def _read_matlab(file: MatrixFile) -> Any:
     return value
 
 
-def _read_text_matrix(file: MatrixFile) -> Any:
+def _read_text_matrix(file: MatrixFile, order: NodeOrder | None) -> Any:
     """Read what the first line says; the size of a Matrix Market file would be an entry of Abaqus'."""
     line = _first_line(file.path).strip()
     if line.startswith(_COMMENT) and line.lower().lstrip(_COMMENT).startswith(_BANNER):
@@ -107,7 +116,7 @@ def _read_text_matrix(file: MatrixFile) -> Any:
             "%%MatrixMarket matrix coordinate real general (or symmetric), or a matrix of Abaqus, which has "
             "neither an empty first line nor comments with %"
         )
-    return _read_abaqus(file)
+    return read_abaqus(file.path, order)
 
 
 def _read_matrix_market(file: MatrixFile) -> Any:
@@ -144,15 +153,7 @@ def _as_general(path: Path) -> BytesIO:
     return BytesIO(b"\n".join([heading, *content]))
 
 
-def _read_abaqus(file: MatrixFile) -> Any:
-    row = "row, column, value of an Abaqus matrix written with FORMAT=COORDINATE"
-    table = read_table(file.path, (3,), row)
-    i, j = (whole_numbers(file.path, table[:, k], name) - 1 for k, name in ((0, "row"), (1, "column")))
-    n = int(max(i.max(), j.max())) + 1
-    return sparse.coo_array((table[:, 2], (i, j)), shape=(n, n))
-
-
-def _read_harwell_boeing(file: MatrixFile) -> Any:
+def _read_harwell_boeing(file: MatrixFile, _: NodeOrder | None) -> Any:
     return read_harwell_boeing(file.path)
 
 
@@ -169,7 +170,7 @@ def _complete(matrix: Any) -> Any:
     return sparse.csr_array(matrix + (above if above.nnz else below).T)
 
 
-_READERS: dict[str, Callable[[MatrixFile], Any]] = {
+_READERS: dict[str, Callable[[MatrixFile, NodeOrder | None], Any]] = {
     ".mtx": _read_text_matrix,
     ".mm": _read_text_matrix,
     ".mat": _read_matlab,

@@ -46,13 +46,7 @@ def read_set(path: Path, labels: Indices) -> tuple[Indices, Array]:
     table = read_table(path, (1, 2), "node label, or node label and weight")
     chosen = whole_numbers(path, table[:, 0], "node label")
     _refuse_repeats(path, chosen)
-    order = np.argsort(labels)
-    place = np.clip(np.searchsorted(labels, chosen, sorter=order), 0, labels.size - 1)
-    index = order[place]
-    unknown = chosen[labels[index] != chosen]
-    if unknown.size:
-        known = f"{labels.size} labels from {labels.min()} to {labels.max()}"
-        raise ConfigError(f"{path}: node label {unknown[0]}: is not in the file of nodes, which has {known}")
+    index = place_labels(path, chosen, labels)
     weight = table[:, 1] if table.shape[1] == 2 else np.ones(chosen.size)
     if (weight <= 0).any():
         label = chosen[weight <= 0][0]
@@ -60,6 +54,22 @@ def read_set(path: Path, labels: Indices) -> tuple[Indices, Array]:
     if not (weight == 1.0).all():
         _refuse_pairs(path, chosen, weight, labels)
     return index, weight
+
+
+def place_labels(path: Path, chosen: Indices, labels: Indices) -> Indices:
+    """Return where nodes (m,) stand among all labels (k,), (m,).
+
+    Raises:
+        ConfigError: A label is unknown; names the file that has it.
+    """
+    order = np.argsort(labels)
+    place = np.clip(np.searchsorted(labels, chosen, sorter=order), 0, labels.size - 1)
+    index = order[place]
+    unknown = chosen[labels[index] != chosen]
+    if unknown.size:
+        known = f"{labels.size} labels from {labels.min()} to {labels.max()}"
+        raise ConfigError(f"{path}: node label {unknown[0]}: is not in the file of nodes, which has {known}")
+    return np.asarray(index)
 
 
 def _refuse_pairs(path: Path, chosen: Indices, weight: Array, labels: Indices) -> None:

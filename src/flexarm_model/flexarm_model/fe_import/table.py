@@ -69,6 +69,16 @@ def read_table(path: Path, columns: tuple[int, ...], row: str) -> Array:
     return np.asarray(table)
 
 
+def count_columns(path: Path) -> int:
+    """Return how many columns the first row of a table has; 0 where there is none.
+
+    Raises:
+        ConfigError: It cannot be read.
+    """
+    with open_text(path) as file:
+        return len(next((line for _, line in _rows(file)), "").split())
+
+
 def whole_numbers(path: Path, column: Array, what: str) -> NDArray[np.intp]:
     """Return a column (n_rows,) as whole numbers from 1 to 2147483647.
 
