@@ -214,7 +214,7 @@ def test_without_noise_half_power_sees_one_of_two_modes_a_bandwidth_apart() -> N
 
 def test_every_bound_is_met(page: Page) -> None:
     assert [check.name for check in page.checks if not check.passed] == []
-    assert len(page.checks) == 18
+    assert len(page.checks) == 20
 
 
 @pytest.mark.slow

@@ -22,7 +22,7 @@ LEAD = (
 )
 ASSUMED_HERE = (
     "modal test: hammer at both ends and the middle of every strip, accelerometers across the platform ends "
-    "of the second strips, damping ratio 0.01 in every mode, no noise",
+    "of the second strips, damping ratio of every mode that of the strips, no noise",
 )
 ERRATA = (
     "The mean error of pose B is 7.876 %, printed 7.8 (cut, not rounded); “lower than 8 %” stays true. "

@@ -21,6 +21,7 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 
+HOME = "centre"  # what the notes call the home pose
 MODES = 9  # planar ones that the paper lists
 GROUPS = {"1–3": slice(0, 3), "4–6": slice(3, 6), "7–9": slice(6, 9), "1–9": slice(0, 9)}
 
@@ -58,7 +59,7 @@ def load(preset: str = "") -> ManipulatorConfig:
 
 def actuated_pose(config: ManipulatorConfig, pose: str) -> Array:
     """Return the motor angles of a pose of the notes ("A", "B", "centre") [rad], (3,)."""
-    return config.home if pose == "centre" else config.poses[pose]
+    return config.home if pose == HOME else config.poses[pose]
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,11 @@ class Served:
 
     tree: ReducedTree
     models: Mapping[str, ReducedModel]
+
+    @property
+    def home_zeta(self) -> Array:
+        """Damping ratios at home, where all are the one that the strips are described with [1], (n_eta,)."""
+        return self.models[HOME].zeta
 
     def f_hz(self, pose: str) -> Array:
         """Return the frequencies at a pose with the motors locked [Hz], (n_eta,)."""

@@ -8,7 +8,7 @@ from flexarm_bringup.model_view.mechanism_figure import mode_shape, modes_figure
 from flexarm_bringup.model_view.mechanism_lines import MechanismLines
 from flexarm_bringup.page.figures import COLOURS, INK, Figure, drawing, to_figure
 from flexarm_bringup.reproduce.seed_000_data import MODES, Published, Served, off_percent
-from flexarm_bringup.reproduce.seed_000_modal_test import LINES_HZ, MIDDLES, OUTPUTS, RATIO, ModalTest, curves
+from flexarm_bringup.reproduce.seed_000_modal_test import LINES_HZ, MIDDLES, OUTPUTS, ModalTest, curves
 
 SHOWN_HZ = 30.0  # of the CMIF
 FLOOR_DB = 70.0  # of a response below the highest
@@ -54,7 +54,7 @@ def cmif_figure(test: ModalTest, published: Published) -> Figure:
             inside = found.f_hz <= SHOWN_HZ
             for number in range(found.values.shape[1]):
                 axis.semilogy(found.f_hz[inside], found.values[inside, number], linewidth=1.2)
-            for item in test.peaks[RATIO, pose]:
+            for item in test.peaks[1, pose]:
                 at = item.peak.line
                 axis.plot(
                     found.f_hz[at],
@@ -70,8 +70,9 @@ def cmif_figure(test: ModalTest, published: Published) -> Figure:
         plot.axes[0].set_ylabel("singular values [m/s²/N]")
         return to_figure(
             plot,
-            f"CMIF of the modal test on the model, ζ = {RATIO:g} (assumed), curves traced through crossings; "
-            "circles: picked; dotted: frequencies that the paper measured. Not a copy of its Fig. 4.",
+            f"CMIF of the modal test on the model, ζ = {test.ratio:g} (assumed), curves traced through "
+            "crossings; circles: picked; dotted: frequencies that the paper measured. Not a copy of its "
+            "Fig. 4.",
         )
 
 
@@ -99,6 +100,6 @@ def response_figure(test: ModalTest) -> Figure:
         plot.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
         return to_figure(
             plot,
-            f"Responses at pose A, motors locked, ζ = {RATIO:g} (assumed): nine served modes follow to 30 Hz "
-            "and 27 to 250 Hz. Leg, points and damping are assumed; not a copy of Fig. 5.",
+            f"Responses at pose A, motors locked, ζ = {test.ratio:g} (assumed): nine served modes follow to "
+            "30 Hz and 27 to 250 Hz. Leg, points and damping are assumed; not a copy of Fig. 5.",
         )

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.report import Cells, Column, Table
+from flexarm_bringup.reproduce.damping_check import damping_check
 from flexarm_bringup.reproduce.seed_001_data import SEED
 from flexarm_bringup.reproduce.seed_001_machine import FIRST, SECOND, Machine
 from flexarm_bringup.reproduce.seed_001_point_mass import null_reading
@@ -120,6 +121,10 @@ def frequency_table(machines: Machines) -> tuple[Table, list[Check]]:
         )
         for name, preset in SEED.items()
         for i, target in enumerate((preset.f1_hz, preset.f2_hz))
+    ]
+    checks += [
+        damping_check(f"all modes of the {name} preset at home", machines[name].model.zeta, preset.zeta)
+        for name, preset in SEED.items()
     ]
     worst = max(float(abs(error).max()) for error in errors.values())
     checks.append(

@@ -57,6 +57,7 @@ class ModalData:
         sensor_radius: From the axis [m].
         tip_radius: From the axis [m].
         tip_share: Deflection of the tip over that of the sensor, mode 1 [1].
+        zeta: Damping ratios as described [1], (n,); table 2 has laws of its own.
     """
 
     config: ManipulatorConfig
@@ -65,6 +66,7 @@ class ModalData:
     sensor_radius: float
     tip_radius: float
     tip_share: float
+    zeta: Array
 
     @property
     def first(self) -> Mode:
@@ -81,7 +83,13 @@ def modal_data(preset: str = "") -> ModalData:
     participation = model.M[0, 1:] * seen[1:]
     share = float(moved[1] / seen[1])
     return ModalData(
-        config, model.omega / (2.0 * np.pi), participation, float(seen[0]), float(moved[0]), share
+        config,
+        model.omega / (2.0 * np.pi),
+        participation,
+        float(seen[0]),
+        float(moved[0]),
+        share,
+        model.zeta,
     )
 
 
