@@ -27,7 +27,8 @@ from flexarm_bringup.residual import CUTOFF_HZ, FILTER_ORDER
 TITLE = "Seed 002, the single-link arm: published tables against this model"
 LEAD = (
     "A steel strip on a servo axis moves 10°, 30° and 60° in one second along five trapezoids; the paper "
-    "prints the RMS of its tip acceleration, simulated and measured. Here a model of the strip says the same."
+    "prints the RMS of its tip acceleration, simulated and measured. A model of the strip computes "
+    "these values; three numbers are fitted on them, so that its errors are those of a fit."
 )
 ERRATA = (
     "t_d of C2A and C3A is printed 0.0950; the printed ω_max needs 0.0956.",
