@@ -81,7 +81,7 @@ def test_what_is_left_out_is_zero_and_a_mass_has_the_rotations_of_its_stiffness(
 
 WRONG = [
     ("a node that is not there", FIRST + "8,1, 8,1, 4.0\n", ("node label 8", "3 labels from 7 to 30")),
-    ("an internal node", FIRST + "-2,1, -2,1, 4.0\n", ("node -2", "Lagrange multiplier")),
+    ("an internal node", FIRST + "-2000001,1, -2000001,1, 4.0\n", ("node -2000001", "Lagrange multiplier")),
     ("a temperature", FIRST + "11,11, 11,11, 4.0\n", ("node 11: degree of freedom 11: expected 1 to 6",)),
     ("no degree of freedom", FIRST + "11,0, 11,1, 4.0\n", ("degree of freedom 0", "from 1")),
     ("rows below names", FIRST + "2, 2, 4.0\n", ("line 2", "'2  2  4.0'", "FORMAT=MATRIX INPUT")),

@@ -87,8 +87,8 @@ def _named(path: Path, table: Array) -> tuple[Indices, Indices]:
     internal = table[:, [0, 2]].min()
     if internal < 0:
         raise ConfigError(
-            f"{path}: node {internal:g}: is one that Abaqus added, of a Lagrange multiplier or of an element "
-            "with unknowns of its own; expected elements and constraints that need none"
+            f"{path}: node {internal:.0f}: is one that Abaqus added, of a Lagrange multiplier or of an "
+            "element with unknowns of its own; expected elements and constraints that need none"
         )
     nodes, freedoms = (
         np.array([whole_numbers(path, table[:, k], what) for k in columns])
