@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from flexarm_bringup import cli
+from flexarm_bringup.page.check import NOT_JUDGED
 from flexarm_bringup.page.report import Page
 from flexarm_bringup.reproduce import seed_003, seed_003_orders, seed_003_robots
 from flexarm_bringup.reproduce.seed_003_comparison import NOT_COMPARABLE, paper_table
@@ -34,8 +35,12 @@ from flexarm_bringup.reproduce.seed_003_links import fixed_interface_hz, torsion
 from flexarm_bringup.reproduce.seed_003_orders import NOTES as ORDER_NOTES
 from flexarm_bringup.reproduce.seed_003_robots import (
     BEARINGS,
+    FITTED_AT,
     GEARS,
     ROBOT_DAMPING,
+    SEEDS,
+    STARTS,
+    compare,
     fit_lumped,
     is_gear,
     synthetic_robot,
@@ -50,6 +55,8 @@ from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.slow  # the models of the robot take ten seconds to make
+
+MISSED_BOUND = "lumped, best fit, beats flex only at its own pose"
 
 Array = NDArray[np.float64]
 Capture = pytest.CaptureFixture[str]
@@ -198,13 +205,28 @@ def test_fit_finds_the_springs_of_a_lumped_robot_again(monkeypatch: pytest.Monke
     assert deviation(found, target).mean < 1e-4 < deviation(motor_frf(model, lines_hz()), target).mean
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_fit_that_is_judged_leaves_least_of_all_starts(seed: int) -> None:
+    """That from the datasheet, which leaves two to three times as much, was judged instead."""
+    robot_at_mid = motor_frf(at_pose(synthetic_robot(seed), FITTED_AT), lines_hz())
+    fits = [fit_lumped(model_at("lumped", FITTED_AT), robot_at_mid, start) for start in STARTS]
+    best, found = min(fits, key=lambda fit: fit.cost), compare(seed)
+    assert found.factors == best.factors and found.costs == tuple(fit.cost for fit in fits)
+    judged = motor_frf(at_pose(with_factors(models()["lumped"], best.factors), "home"), lines_hz())
+    target = motor_frf(at_pose(synthetic_robot(seed), "home"), lines_hz())
+    assert found.deviations["fitted"]["home"] == deviation(judged, target).mean
+    assert best.cost < 0.5 * fits[0].cost  # 0.42 at most
+
+
 def test_every_column_of_a_table_has_a_name_of_its_own_in_json(page: Page) -> None:
     names = [name for table in page.to_json()["tables"] for name in table["columns"]]
     assert [name for name in names if not name or name != name.strip() or "(2)" in name] == []
 
 
-def test_every_bound_is_met(page: Page) -> None:
-    assert [check.name for check in page.checks if not check.passed] == []
+def test_every_bound_is_met_but_that_of_the_fitted_lumped_model_which_is_not_judged(page: Page) -> None:
+    """A lumped model that is fitted well beats the flexible one elsewhere, too."""
+    assert page.passed and page.summary.endswith(f"1 {NOT_JUDGED}")
+    assert [check.name for check in page.checks if not check.passed] == [MISSED_BOUND]
     assert len(page.checks) >= 19
 
 
@@ -244,7 +266,7 @@ def test_command_writes_json_and_a_page_with_plots(tmp_path: Path, capsys: Captu
     files = tmp_path / "a.json", tmp_path / "a.html"
     assert cli.main(["reproduce", "003", "--json", str(files[0]), "--html", str(files[1])]) == 0
     content = json.loads(files[0].read_text())
-    assert content["passed"] is True
+    assert [check["name"] for check in content["checks"] if not check["passed"]] == [MISSED_BOUND]
     assert len(content["tables"]) == len(seed_003.SECTIONS) + 3  # of the path test
     assert files[1].read_text().count("<svg") == 4
     assert "Frequencies of the full model" in capsys.readouterr().out
@@ -253,7 +275,7 @@ def test_command_writes_json_and_a_page_with_plots(tmp_path: Path, capsys: Captu
 def test_a_missed_bound_is_exit_code_1(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     monkeypatch.setattr(seed_003_orders, "GUYAN_BOUNDS", (0.01, 0.8))
     assert cli.main(["reproduce", "003"]) == 1
-    assert "MISSED" in capsys.readouterr().out
+    assert "MISSED      Guyan against CB-1000, 4–100 Hz" in capsys.readouterr().out
 
 
 @pytest.mark.slow

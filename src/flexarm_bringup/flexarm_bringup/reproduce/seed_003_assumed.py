@@ -67,7 +67,8 @@ def _synthetic() -> list[str]:
         f"{ROBOT_DAMPING:g} s × stiffness; links as in CB-1000",
         f"fit of the lumped model at {FITTED_AT}: least squares in decibels, prior of a factor 2 on each "
         f"stiffness against {PRIOR * DOUBLED:.0f} dB on each entry, damping {MODEL_DAMPING:g} s × stiffness, "
-        f"starts {_texts(STARTS)} × datasheet, at most {EVALUATIONS} evaluations",
+        f"starts {_texts(STARTS)} × datasheet, of which the one that leaves least is taken, at most "
+        f"{EVALUATIONS} evaluations each",
     ]
 
 
