@@ -30,16 +30,18 @@ def records(count: int) -> list[Record]:
 
 def write_split(folder: Path, parts: Sequence[Sequence[Record]]) -> Path:
     """Write a bag whose metadata list one file per part, in that order."""
-    names, start = [], min(record.log_time_ns for part in parts for record in part)
+    names, files, start = [], [], min(record.log_time_ns for part in parts for record in part)
     for i, part in enumerate(parts):
         one = write_version(folder.with_name(f"part_{i}"), 9, "mcap", {JOINTS: (KIND, [qos()])}, part)
         if i == 0:
             shutil.copytree(one, folder)
             (folder / "part_0.mcap").unlink()
         names.append(shutil.copy(one / f"part_{i}.mcap", folder / f"part_{i}.mcap").name)
+        edit_metadata(one, lambda bag: files.extend(bag["files"]))
 
     def list_all(bag: dict[str, Any]) -> None:
         bag["relative_file_paths"], bag["message_count"] = names, sum(map(len, parts))
+        bag["files"] = files
         bag["topics_with_message_count"][0]["message_count"] = sum(map(len, parts))
         bag["starting_time"]["nanoseconds_since_epoch"] = start
 

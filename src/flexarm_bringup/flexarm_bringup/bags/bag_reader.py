@@ -1,8 +1,8 @@
 """Bags read back, after proof that they are whole.
 
 ``check_bag`` reads everything once and refuses what a regression must never pass on: no messages,
-a topic missing, a type unknown or other than the table says, counts that disagree, a data file cut
-short, a message that does not decode. Changed bytes are noticed where the bag has a checksum of its
+a topic missing, a type unknown or other than the table says, counts or times that disagree, a data file
+cut short, a message that does not decode. Changed bytes are noticed where the bag has a checksum of its
 data file, as ours have, or of the chunks in it; in others a number may be another than was recorded.
 """
 
@@ -27,6 +27,7 @@ from rosbags.rosbag2 import Reader, ReaderError
 from rosbags.serde import SerdeError
 
 from flexarm_bringup.bags.bag_metadata import announced, instead_of_metadata
+from flexarm_bringup.bags.bag_totals import check_totals, told_totals
 from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError
 from flexarm_bringup.bags.cdr import NS_PER_S
@@ -134,11 +135,14 @@ def check_bag(path: Path, required: Sequence[str] = ()) -> Bag:
         known, counts, custom = _refuse(path, "metadata are wrong", lambda: announced(path, reader))
         topics, left_out = _topics(known), {c.topic for c in reader.connections} - set(counts)
         records = _refuse(path, "data are cut short or changed", lambda: tuple(_records(reader, known)))
+        told = _refuse(path, "metadata are wrong", lambda: told_totals(reader, left_out))
     finally:
         reader.close()
     if left_out and not records:
         raise BagError(f"{path}: holds no messages of a known type; left out: {', '.join(sorted(left_out))}")
-    _check_counts(path, counts, records, required)
+    _check_counts(path, counts, records)
+    check_totals(path, told, [record.log_time_ns for record in records], not left_out)
+    _check_required(path, records, required)
     _check_messages(path, records)
     in_order = tuple(sorted(records, key=lambda record: record.log_time_ns))  # files may overlap in time
     return Bag(path, in_order, counts, custom, topics, tuple(sorted(left_out)), has_checksum)
@@ -215,17 +219,19 @@ def _check_sum(path: Path) -> bool:
     return True
 
 
-def _check_counts(
-    path: Path, counts: Mapping[str, int], records: Sequence[Record], required: Sequence[str]
-) -> None:
+def _check_counts(path: Path, counts: Mapping[str, int], records: Sequence[Record]) -> None:
     if not records:
         raise BagError(f"{path}: holds no messages")
     found = Counter(record.name for record in records)
     for name, count in counts.items():
         if found[name] != count:
             raise BagError(f"{path}: {name} has {found[name]} messages, its metadata say {count}")
+
+
+def _check_required(path: Path, records: Sequence[Record], required: Sequence[str]) -> None:
+    found = {record.name for record in records}
     for name in required:
-        if not found[name]:
+        if name not in found:
             raise BagError(f"{path}: no message on {name}; it has {', '.join(sorted(found))}")
 
 
