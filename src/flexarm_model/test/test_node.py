@@ -129,6 +129,12 @@ def test_a_second_node_of_the_same_name_ends_at_once_and_a_killed_one_leaves_its
         ("sensors_off:=camera", "sensors_off: 'camera' is not a list of texts"),
         ("source:=file", "source: 'file' is not one of rig, bag"),
         ("raet:=5.0", "raet: unknown parameter of probe; allowed: lockstep, modes, rate"),
+        ("use_sim_timer:=true", "use_sim_timer: unknown parameter of probe; allowed: lockstep, "),
+        (
+            "start_type_description_servicee:=true",
+            "start_type_description_servicee: unknown parameter of probe",
+        ),
+        ("qos_overrides.nonsense:=3", "qos_overrides.nonsense: unknown parameter of probe"),
     ],
 )
 def test_a_wrong_parameter_ends_the_node_with_one_line_that_names_it(override: str, reason: str) -> None:

@@ -70,6 +70,13 @@ def test_lists_as_launch_ros_writes_them_are_lists(tmp_path: Path) -> None:
         (f"{NODE}: {{ros_parameters: {{law: mpc}}}}\n", "law: 'mpc': expected 'node: ros__parameters"),
         (f"{NODE}: {{ros__parameters: {{law: }}}}\n", "law: has no value"),
         (f"{NODE}: {{ros__parameters: {{law: a, law: b}}}}\n", "key 'law' is given twice"),
+        (f"{NODE}: {{ros__parameters: {{a: {{b: 1}}, a.b: 2}}}}\n", f"{NODE}: a.b: is given twice"),
+        (
+            f"{NODE}: {{ros__parameters: {{start: [[0.0]]}}}}\n",
+            f"{NODE}: start: [[0.0]]: expected a list of si",
+        ),
+        (f"{NODE}:\n  ros__parameters:\n    rate: 010\n", "line 3: '010' begins with a zero"),
+        (f"{NODE}:\n  ros__parameters:\n    start: [-08]\n", "line 3: '-08' begins with a zero"),
         (f"{NODE}: [not\n", "is not YAML"),
     ],
 )
@@ -77,6 +84,40 @@ def test_what_is_no_parameter_file_is_refused_with_its_name(text: str, reason: s
     with pytest.raises(ConfigError) as refused:
         read_parameter_file(written(tmp_path, text))
     assert reason in str(refused.value) and "given.yaml" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (NODE, NODE[1:]),
+        (NODE, f"{NODE}/"),
+        ("flexarm: controller", NODE),
+        ("/flexarm: /controller", "flexarm: controller"),
+        ("'/**'", "'**'"),
+    ],
+)
+def test_a_node_comes_once_however_it_is_spelt(first: str, second: str, tmp_path: Path) -> None:
+    """rcl hands over both sections, and the later one had the last word."""
+    text = "".join(f"{_nested(name, '{ros__parameters: {law: mpc}}')}\n" for name in (first, second))
+    with pytest.raises(ConfigError) as refused:
+        read_parameter_file(written(tmp_path, text))
+    spellings = (f"'{name.replace(chr(39), '')}'" for name in (first, second))
+    assert f"given.yaml: {' and '.join(spellings)} are the same node, /" in str(refused.value)
+
+
+def _nested(name: str, inside: str) -> str:
+    for part in reversed(name.split(": ")):
+        inside = f"{{{part}: {inside}}}"
+    return inside[1:-1]
+
+
+def test_a_section_for_one_node_may_stand_beside_one_for_many(tmp_path: Path) -> None:
+    text = "".join(
+        f"{name}: {{ros__parameters: {{law: mpc}}}}\n" for name in ("/**", "/*", "/flexarm/*", NODE)
+    )
+    source = read_parameter_file(written(tmp_path, text))
+    assert tuple(source.keys) == ("/**", "/*", "/flexarm/*", NODE)
+    assert source.keys_for(NODE) == ("law", "law", "law")  # one of them is for nodes without a namespace
 
 
 def test_files_for_others_of_the_graph_are_shared_but_nobody_is_misspelt(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ line), the key, the value and what is allowed.
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -17,6 +18,7 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import QoSPolicyKind
 
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
@@ -36,7 +38,13 @@ _TYPES = {
     (float,): Parameter.Type.DOUBLE_ARRAY,
     (str,): Parameter.Type.STRING_ARRAY,
 }
-_CREATED_BY_RCLPY = ("use_sim_time", "start_type_description_service", "qos_overrides.")
+# parameters that rclpy declares when a publisher or subscription is made, which may be after a node's own:
+# qos_overrides./topic.publisher.depth, or publisher_ID where there are several (rclpy.qos_overriding_options)
+_QOS_OVERRIDE = re.compile(
+    r"qos_overrides\.(/[A-Za-z_]\w*)+\.(publisher|subscription)(_\w+)?\."
+    rf"({'|'.join(kind.lower() for kind in QoSPolicyKind.__members__)})",
+    re.ASCII,
+)
 _INT64_MAX = 2**63 - 1
 # fixed as all others: the clock would jump while the arm moves, and its topic go when a node is deactivated
 _SIM_TIME = ParameterDescriptor(
@@ -90,16 +98,22 @@ def refuse_unknown_parameters(node: Node) -> None:
     """Check that every parameter given to the node has been declared.
 
     Raises:
-        ParameterError: One has not; the message lists those that exist.
+        ParameterError: One has not; the message lists those that exist. What rclpy declares of itself, the
+            quality of service of topics apart, is among them.
     """
-    allowed = ", ".join(sorted(name for name in node._parameters if not name.startswith(_CREATED_BY_RCLPY)))
+    allowed = ", ".join(sorted(name for name in node._parameters if not is_qos_override(name)))
     for place, keys in (*_places(node), ("", tuple(sorted(node._parameter_overrides)))):
         for name in keys:
-            if name not in node._parameters and not name.startswith(_CREATED_BY_RCLPY):
+            if name not in node._parameters and not is_qos_override(name):
                 with _told_with(place):
                     raise ParameterError(
                         f"{name}: unknown parameter of {node.get_name()}; allowed: {allowed}"
                     )
+
+
+def is_qos_override(name: str) -> bool:
+    """Return whether a parameter has the form of those for the quality of service of a topic."""
+    return _QOS_OVERRIDE.fullmatch(name) is not None
 
 
 def load_arm(node: Node, manipulator: str, preset: str) -> ManipulatorConfig:

@@ -1,8 +1,8 @@
 """Parameter files of ROS, looked at before rcl does.
 
-rcl takes an empty file, a key given twice and the parameters of a node that nobody started without a word.
-Here such a file is refused, and what is wrong inside a good one can be told with the name of the file. Values
-are read by rcl alone, so that both never disagree about a number.
+rcl takes an empty file, a key or a node given twice, a list of lists (as one list) and the parameters of a
+node that nobody started without a word. Here such a file is refused, and what is wrong inside a good one can
+be told with the name of the file. Values are read by rcl alone, so that both never disagree about a number.
 """
 
 from __future__ import annotations
@@ -99,10 +99,19 @@ def read_parameter_file(path: Path) -> ParameterSource:
     """Read which parameters a file gives to which nodes.
 
     Raises:
-        ConfigError: It cannot be read, is not YAML, is empty, gives a key twice, or does not have the form
-            ``node: ros__parameters: key: value``.
+        ConfigError: It cannot be read, is not YAML, is empty, gives a key or a node twice, in whatever
+            spellings, or does not have the form ``node: ros__parameters: key: value``.
     """
-    return ParameterSource(str(path), dict(_sections(path, read_yaml(path, LaunchLoader), "")))
+    keys: dict[str, tuple[str, ...]] = {}
+    spelt: dict[str, str] = {}
+    for parts, given in _sections(path, read_yaml(path, LaunchLoader), ()):
+        node, spelling = _absolute(parts), ": ".join(parts)
+        if node in keys:
+            raise ConfigError(
+                f"{path}: '{spelt[node]}' and '{spelling}' are the same node, {node}; give it once"
+            )
+        keys[node], spelt[node] = given, spelling
+    return ParameterSource(str(path), keys)
 
 
 def refuse_strangers(source: ParameterSource, node: str, beside: Sequence[str] = ()) -> None:
@@ -140,19 +149,31 @@ def _other_arms(source: ParameterSource, space: str) -> set[str]:
     return {other for other, name in places if name in here}
 
 
-def _sections(path: Path, content: Mapping[Any, Any], name: str) -> Iterator[tuple[str, tuple[str, ...]]]:
+def _absolute(parts: Sequence[str]) -> str:
+    """Return the name of a node as rcl compares it: all are absolute."""
+    return "".join(f"/{part.strip('/')}" for part in parts)
+
+
+def _sections(
+    path: Path, content: Mapping[str, Any], around: tuple[str, ...]
+) -> Iterator[tuple[tuple[str, ...], tuple[str, ...]]]:
+    """Yield the parts of the name of every node, as they are written, and its keys."""
     for part, inside in content.items():
-        node = f"{name}/{str(part).strip('/')}"  # rcl takes all names as absolute
+        parts = (*around, part)
+        node = _absolute(parts)
         form = f"expected 'node: {HELD}: key: value' with at least one key"
         if not isinstance(inside, dict) or not inside:
             raise ConfigError(f"{path}: {node}: {inside!r}: {form}")
         if HELD not in inside:
-            yield from _sections(path, inside, node)
+            yield from _sections(path, inside, parts)
             continue
         values = inside[HELD]
         if len(inside) > 1 or not isinstance(values, dict) or not values:
             raise ConfigError(f"{path}: {node}: {inside!r}: {form}")
-        yield node, tuple(_dotted(f"{path}: {node}", values))
+        keys = tuple(_dotted(f"{path}: {node}", values))
+        if twice := sorted({key for key in keys if keys.count(key) > 1}):
+            raise ConfigError(f"{path}: {node}: {twice[0]}: is given twice, nested and dotted; give it once")
+        yield parts, keys
 
 
 def _dotted(place: str, values: Mapping[Any, Any], before: str = "") -> Iterator[str]:
@@ -160,6 +181,8 @@ def _dotted(place: str, values: Mapping[Any, Any], before: str = "") -> Iterator
         name = f"{before}{key}"
         if value is None or value == {}:
             raise ConfigError(f"{place}: {name}: has no value; give one, or leave the key out")
+        if isinstance(value, list) and any(isinstance(item, list | dict) for item in value):
+            raise ConfigError(f"{place}: {name}: {value!r}: expected a list of single values")
         if isinstance(value, dict):
             yield from _dotted(place, value, f"{name}.")
         else:

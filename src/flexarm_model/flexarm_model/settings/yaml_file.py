@@ -3,7 +3,7 @@
 YAML takes keys such as ``on``, ``1``, ``null`` or a date for something else than text, merges mappings by
 ``<<``, and lets a value hold itself by an alias. A description means none of this: it is refused, by line.
 An alias stands for a copy: who changes what stands in one place does not change it in another. ``1e-3`` is a
-number, as it is for ROS and in YAML 1.2.
+number, as it is for ROS and in YAML 1.2. ``010`` is refused: eight in YAML 1.1 and for ROS, ten in YAML 1.2.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ except ImportError:  # PyYAML was built without it
 MOST = 100_000  # values of a file, aliases written out
 DEEPEST = 500  # levels; libyaml ends the process where there are very many
 _MERGE = "tag:yaml.org,2002:merge"
+_LEADING_ZERO = re.compile(r"[-+]?0[0-9_]+")
 
 
 class ConfigError(ValueError):
@@ -43,9 +44,14 @@ class StrictLoader(SafeLoader):
         return super().construct_mapping(node, deep=deep)
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-        """Return a value; ConfigError where a text looks like a date or number and is none."""
+        """Return a value; ConfigError where it looks like a date or number and is none, or two numbers."""
         if not isinstance(node, yaml.ScalarNode):
             return super().construct_object(node, deep=deep)  # type: ignore[no-untyped-call]
+        if not node.style and _LEADING_ZERO.fullmatch(node.value):  # quoted ones have a style
+            raise ConfigError(
+                f"line {node.start_mark.line + 1}: '{node.value}' begins with a zero, which is octal to some "
+                "and decimal to others; write a number without it, a text in quotes"
+            )
         try:
             return super().construct_object(node, deep=deep)  # type: ignore[no-untyped-call]
         except (ValueError, LookupError, AttributeError) as error:
@@ -80,7 +86,8 @@ def read_yaml(path: Path, loader: type[StrictLoader] = StrictLoader) -> dict[str
 
     Raises:
         ConfigError: It cannot be read, is not YAML, is empty, holds a key twice or one that is no text,
-            merges mappings, nests too deeply, holds itself or too much.
+            a whole number that begins with a zero, merges mappings, nests too deeply, holds itself or too
+            much.
     """
     try:
         text = path.read_text(encoding="utf-8")
