@@ -148,6 +148,7 @@ def test_what_is_no_number_asks_for_nothing():
         {"slowing": ((0.0, 0.0), (0.0, math.inf))},
         {"fastest": (1.0,)},
         {"fastest": (1.0, math.nan)},
+        {"inertia": ((1.0, 0.0), (0.0, 0.0))},  # by which torque is divided
     ],
 )
 def test_turning_loads_of_another_arm_are_not_taken(wrong):

@@ -44,7 +44,7 @@ class Loads:
     rate: float = math.inf
 
     def fits(self, axes: int) -> bool:
-        """Tell whether these are finite loads of so many axes."""
+        """Tell whether these are finite loads of so many axes, each of which has inertia."""
         tables = (self.stiffness, self.inertia, self.slowing, self.turning)
         square = all(len(table) == axes for table in (*tables, self.fastest))
         rows = (self.pose, self.holding, self.reach, *self.stiffness, *self.inertia, *self.slowing)
@@ -52,6 +52,7 @@ class Loads:
             square
             and all(_is_finite(row, axes) for row in rows)
             and all(_is_finite(row, axes * (axes + 1) // 2) for row in self.turning)
+            and all(row[axis] > 0.0 for axis, row in enumerate(self.inertia))
             and not any(map(math.isnan, self.fastest))
             and self.rate > 0.0
         )
