@@ -102,6 +102,7 @@ class Guard:
             return False
         self.mode, self.reason, self.refusal, self.token = ARMED, "", "", token
         self._sequence, self._used, self._deadline = -1, -math.inf, t + self.limits.arming_time
+        self._t = -math.inf  # another clock may drive it now
         self._plausibility.trust()
         self._brakes.begin_anew()
         return True

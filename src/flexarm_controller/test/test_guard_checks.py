@@ -159,6 +159,18 @@ def test_time_that_goes_back_or_is_none_stops_the_arm():
         assert guard.mode != ARMED and guard.reason == f"time went from 1 to {told} s"
 
 
+def test_a_guard_that_is_armed_again_goes_on_with_another_clock():
+    """A simulated rig that is started anew begins at zero."""
+    guard = armed()
+    guard.step(command(100.0, 1), REST, 100.0)
+    guard.stop("button")
+    for k in range(60):
+        guard.step(None, REST, 100.0 + 0.005 * k)
+    assert guard.arm(0.0, TOKEN)
+    guard.step(command(0.0, 1), REST, 0.0)
+    assert guard.mode == ARMED and guard.passed == 2
+
+
 def test_commands_of_the_model_before_pass_for_the_changeover_and_no_longer():
     guard = armed()
     guard.serve("old", 0.0)
