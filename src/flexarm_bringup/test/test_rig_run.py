@@ -138,6 +138,7 @@ def test_a_bag_whose_disk_is_full_is_told_at_once_and_the_end_is_1(
             _, hard = resource.prlimit(recorder, resource.RLIMIT_FSIZE)
             resource.prlimit(recorder, resource.RLIMIT_FSIZE, (1000, hard))
             wait_for(process, "recorder: recording ended: [Errno 27] File too large")
+            resource.prlimit(recorder, resource.RLIMIT_FSIZE, (hard, hard))  # DDS keeps files of its own
         finally:
             process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=60.0)
