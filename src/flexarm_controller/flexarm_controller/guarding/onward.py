@@ -5,8 +5,8 @@ then, with the torque tau beyond holding of the last period and its mean with th
 
     dv_i = (t_v mean_i + tau_i |tau_i| / (2 d tau_i / d t)) / M_ii
 
-A controller gone wild that pushes a 3RRR with all its torque has an axis 2.5 rad/s faster by then than the
-drives say.
+A controller gone wild that pushes light axes with all its torque has them much faster by then than the drives
+say.
 """
 
 from __future__ import annotations
