@@ -75,7 +75,7 @@ class Estimator:
         """
         validate(config)
         self.specs, self.config, self._use_compiler = sensors, config, use_compiler
-        self._gate = Gate({spec.name: spec.sigma.tolist() for spec in sensors}, config, use_compiler)
+        self._gate = Gate.of(sensors, config, use_compiler)
         self._maker = PartsMaker(kinematics, sensors, config, self._gate)
         self._delays, self._horizon = StampDelays(sensors), horizon_of(config)
         self._watches = Watches(sensors, config, self._delays)
@@ -226,7 +226,7 @@ class Estimator:
     def _heed(self, view: View) -> None:
         """Ask the watches; take what a sensor at fault has said out of the recent past."""
         findings = self._watches.look(view, self.health.heed)
-        if self._exclusion.is_needed:
+        if self._exclusion.is_needed or not view.is_ordinary:
             for finding in self._exclusion.look(view, self._history):
                 self.health.heed(finding, "FaultExclusion")
         if touched := [self._history.withdraw(f.sensor, f.since) for f in findings if f.since < math.inf]:

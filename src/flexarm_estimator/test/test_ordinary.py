@@ -101,8 +101,8 @@ def test_an_innovation_beyond_the_threshold_wants_a_closer_look(nis):
     assert ordinary.take(Run(values, [1.0, 1.0, nis], values), 0.1) is None
 
 
-def test_a_value_that_repeats_and_a_sample_that_waits_want_a_closer_look():
-    for trouble in ("repeats", "held"):
+def test_a_value_that_repeats_and_a_sample_that_waits_and_a_leap_want_a_closer_look():
+    for trouble in ("repeats", "held", "leaps"):
         pasts = memories()
         setattr(pasts[1].record, trouble, 1)
         values = np.zeros(sum(SIZES))

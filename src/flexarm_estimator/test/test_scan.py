@@ -68,15 +68,19 @@ def test_stamps_count_once_whether_they_came_in_a_scan_or_alone():
 
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 def test_a_scan_is_met_like_its_samples_one_by_one():
-    """Values repeat now and then, which a scan leaves to the way of single samples."""
+    """Values repeat now and then, or leap, which a scan leaves to the way of single samples."""
     rng = np.random.default_rng(2)
-    checks, pasts, scanned = SampleChecks(SENSORS), [], 0
+    checks, pasts, scanned, leapt = SampleChecks(SENSORS), [], 0, 0
     for code in (load_ordinary(), None):
-        past = {name: ShortTerm([0.1], 5.0) for name in NAMES}
+        past = {name: ShortTerm([1e-5], 5.0, velocity=0.01) for name in NAMES}
         pasts.append((past, Meetings(past, code)))
     samples = said(0.0)
     for k in range(300):
-        values = {s.sensor: s.y if rng.random() < 0.1 else rng.normal(size=1) * 1e-4 for s in samples}
+        sizes = rng.choice([1e-4, 2e-3], p=[0.95, 0.05], size=len(samples))
+        values = {
+            s.sensor: s.y if rng.random() < 0.1 else rng.normal(size=1) * size
+            for s, size in zip(samples, sizes, strict=True)
+        }
         samples = said(0.01 * (k + 1), **values)
         scan = checks.take_scan(samples, 0.0, 10.0)
         found = []
@@ -84,9 +88,15 @@ def test_a_scan_is_met_like_its_samples_one_by_one():
             meetings.meet((), scan)
             scanned += meetings._scan is not None
             found.append([meetings.find(name, scan.t) for name in NAMES])
-            found[-1].append([(p.repeats.heard, p.record.repeats, p.record.since) for p in past.values()])
+            records = [p.record for p in past.values()]
+            found[-1].append([(r.repeats, r.since, r.leaps) for r in records])
+            found[-1].append([p.repeats.heard for p in past.values()])
+            leapt += sum([r.leaps for r in records])
+            for record in records:
+                record.leaps = 0
         assert found[0] == found[1]
     assert 100 < scanned < 300
+    assert leapt > 20
 
 
 def trouble(sample, k):

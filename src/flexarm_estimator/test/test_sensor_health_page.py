@@ -26,7 +26,8 @@ def test_what_the_page_quotes_stands_in_the_code(text: str) -> None:
 
 @pytest.mark.parametrize(
     "said",
-    [sample_judge.FAR, short_term.HELD, short_term.JUMP, short_term.SHIFT, repeats.SAME, FLIPPED]
+    [sample_judge.FAR, short_term.HELD, short_term.JUMP, short_term.SHIFT, short_term.LEAP]
+    + [repeats.SAME, FLIPPED]
     + [text.partition(", ")[2] for text in (repeats.FROZEN, repeats.STUCK)],
 )
 def test_what_a_judge_says_stands_on_the_page(said: str) -> None:

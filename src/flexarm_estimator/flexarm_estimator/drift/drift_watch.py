@@ -66,7 +66,7 @@ class DriftWatch:
         """
         self._estimator, self._config = settings
         self._estimator = replace(self._estimator, filter="linear", stiffness_modes=0)
-        gate = Gate({spec.name: spec.sigma.tolist() for spec in sensors}, self._estimator)
+        gate = Gate.of(sensors, self._estimator)
         self._maker = PartsMaker(kinematics, sensors, self._estimator, gate)
         self._dt, self._specs = dt, sensors
         self._watched_modes = self._choose(model)

@@ -10,6 +10,8 @@ state must not be used while one that locates the axes contradicts both. A senso
 on, without being fused, and readmitted when it has agreed with the others for ``distrust``; the gate may be
 wide for the sake of a served model, which is no measure of that. A sensor of a wrong factor agrees whenever
 the arm rests: who is excluded again soon has to agree for twice as long each time.
+
+Who says what its axis cannot have done is excluded at once, without a search (``short_term``).
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from flexarm_estimator.exclusion.search import Search
 from flexarm_estimator.history import History
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.judging.health import Health
+from flexarm_estimator.judging.short_term import LEAP
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.watches.watch import Finding, View
 
@@ -77,6 +80,7 @@ class FaultExclusion:
     def look(self, view: View, history: History) -> list[Finding]:
         """Return who is excluded or readmitted; goes on with what is at hand, a piece at a time."""
         findings = self._compare(view.samples, history) if self._excluded else []
+        findings += [self._exclude(v.sensor, v.t, LEAP) for v in view.verdicts if v.reason == LEAP]
         search = self._search
         if search is not None and search.history is not history:  # of a state that was given up
             search = self._search = None
@@ -107,14 +111,16 @@ class FaultExclusion:
         search.history.instants[:] = replay.instants
         self._gate.calm()
         faulty = replay.without
-        if not faulty:
-            return []
+        return [self._exclude(faulty, t, "contradicts the others, which agree without it")] if faulty else []
+
+    def _exclude(self, faulty: str, t: float, reason: str) -> Finding:
+        """Exclude a sensor at ``t`` [s]; return what is said of it."""
         former = self._readmitted.pop(faulty, None)
         probation = self._distrust
         if former is not None and t - former.excluded_at < _SOON + former.probation:
             probation = max(probation, min(2.0 * former.probation, _LONGEST))
         self._excluded[faulty] = _Excluded(t, probation)
-        return [Finding(faulty, "contradicts the others, which agree without it", is_fault=True)]
+        return Finding(faulty, reason, is_fault=True)
 
     def _compare(self, samples: Iterable[Measurement], history: History) -> list[Finding]:
         """Follow what excluded sensors say; return those that are readmitted."""

@@ -3,9 +3,9 @@
 A sample is refused when ``nu' S^-1 nu`` is as improbable as ``gate`` sigmas. A gate alone would lock
 a sensor out for ever after one impact: once a sensor has been refused ``reopen_after`` times in a
 row, the state is doubted instead; its covariance is widened at that instant, for all sensors, and
-the widening stays in the history so that a late camera frame does not undo it. When doubt returns within
-``reopen_interval``, or another sensor refuses what one alone has asked for, the state may not be to blame:
-there is a dispute, which ``exclusion`` settles.
+the widening stays in the history so that a late camera frame does not undo it. Who has leapt farther than
+its axis can move doubts nothing. When doubt returns within ``reopen_interval``, or another sensor refuses
+what one alone has asked for, the state may not be to blame: there is a dispute, which ``exclusion`` settles.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from flexarm_estimator.judging.meetings import Meetings
 from flexarm_estimator.judging.ordinary import load_ordinary
 from flexarm_estimator.judging.sample_judge import FAR, Verdict
 from flexarm_estimator.judging.scan import Scan
-from flexarm_estimator.judging.short_term import HELD, JUMP, NOTHING, SHIFT, ShortTerm
+from flexarm_estimator.judging.short_term import HELD, JUMP, LEAP, NOTHING, SHIFT, ShortTerm
 from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.steps.joint_step import PreparedStep
@@ -47,7 +47,11 @@ class Gate:
     """
 
     def __init__(
-        self, sigmas: Mapping[str, Sequence[float]], config: EstimatorConfig, use_compiler: bool = True
+        self,
+        sigmas: Mapping[str, Sequence[float]],
+        config: EstimatorConfig,
+        use_compiler: bool = True,
+        velocities: Mapping[str, float] | None = None,
     ) -> None:
         """Compute the thresholds.
 
@@ -55,21 +59,28 @@ class Gate:
             sigmas: Noise of the channels of every sensor, SI.
             config: Settings.
             use_compiler: False judges without machine code: the same, slower.
+            velocities: Limits of the axes that sensors tell [rad/s or m/s]; none for those left out.
         """
         self._code = load_ordinary() if use_compiler else None
-        self._config = config
+        self._config, self._velocities = config, velocities or {}
         self._describe(sigmas)
         self.restart()
+
+    @classmethod
+    def of(cls, specs: Sequence[SensorSpec], config: EstimatorConfig, use_compiler: bool = True) -> Gate:
+        """Return the gate of the sensors of a description."""
+        sigmas = {spec.name: spec.sigma.tolist() for spec in specs}
+        return cls(sigmas, config, use_compiler, {spec.name: spec.velocity for spec in specs})
 
     def restart(self) -> None:
         """Forget what the sensors did."""
         self._refusals = dict.fromkeys(self._sigmas, 0)
         self._refused_since = dict.fromkeys(self._sigmas, 0.0)
         gate, threshold = self._config.lone_gate or self._config.gate, self._threshold
-        self._past = {name: ShortTerm(s, gate, threshold[name]) for name, s in self._sigmas.items()}
+        fastest = {name: self._velocities.get(name, math.inf) for name in self._sigmas}
+        self._past = {n: ShortTerm(s, gate, threshold[n], fastest[n]) for n, s in self._sigmas.items()}
         self._new = Meetings(self._past, self._code)
-        self._released: list[Measurement] = []
-        self._dropped: list[Verdict] = []
+        self._released, self._dropped = list[Measurement](), list[Verdict]()
         self.doubts: list[set[str]] = []
         self.calm()
 
@@ -150,7 +161,7 @@ class Gate:
                 elif reason == SHIFT:
                     since = past.mean.onset
         if not reason and not 0.0 <= nis <= self._threshold[sensor]:
-            reason = FAR
+            reason = LEAP if met is not None and self._past[sensor].has_leapt else FAR
         return Verdict(sensor, t, not reason, nu, z, reason, since)
 
     def has_doubt(self, verdicts: Iterable[Verdict], t: float) -> bool:

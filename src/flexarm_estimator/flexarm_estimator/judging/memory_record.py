@@ -16,6 +16,7 @@ class MemoryRecord(ctypes.Structure):
     ``predicted``, ``said``: of the newest that was new, (m,). ``step``: to it from the one before, (m,).
     ``still``: by how much a prediction at rest goes on, (m,). ``zigzags``: of what is said meanwhile.
     ``scanned``: samples that came in scans. ``repeats``: of the newest values, said since ``since`` [s].
+    ``leaps``: samples since a leap faster than ``fastest`` [SI/s], none of which agreed with the state.
     ``held``: samples that wait. ``threshold``: of nu' S^-1 nu. ``biased``: of the score of the mean.
     ``limit``: of z, ``jump`` times what is usual. ``usual2``: mean of z^2. ``last``: z.
     """
@@ -23,9 +24,9 @@ class MemoryRecord(ctypes.Structure):
     _fields_ = (
         ("test", ctypes.POINTER(MeanRecord)),
         *((name, ctypes.POINTER(ctypes.c_double)) for name in _OF_CHANNELS),
-        *((name, ctypes.c_int64) for name in ("scanned", "repeats", "held", "zigzags")),
+        *((name, ctypes.c_int64) for name in ("scanned", "repeats", "held", "zigzags", "leaps")),
         *(
             (name, ctypes.c_double)
-            for name in ("since", "threshold", "biased", "jump", "limit", "usual2", "last")
+            for name in ("since", "threshold", "biased", "jump", "limit", "usual2", "last", "fastest")
         ),
     )

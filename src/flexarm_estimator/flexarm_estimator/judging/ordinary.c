@@ -21,8 +21,8 @@ struct mean_test {
 struct memory {
     struct mean_test *test;
     double *reference, *values, *predicted, *still, *said, *step;
-    int64_t scanned, repeats, held, zigzags;
-    double since, threshold, biased, jump, limit, usual2, last;
+    int64_t scanned, repeats, held, zigzags, leaps;
+    double since, threshold, biased, jump, limit, usual2, last, fastest;
 };
 
 /* The prediction lately: its lowest and highest value in every channel. */
@@ -108,14 +108,26 @@ static int is_new(const struct memory *past, const double *said)
     return isinf(past->since); /* the first */
 }
 
+/* Values that are farther from those before than anything can have moved meanwhile. */
+static int leaps(const struct memory *past, const double *said, double t)
+{
+    double reach = past->fastest * fabs(t - past->since);
+    if (isinf(past->fastest))
+        return 0;
+    for (int64_t i = 0; i < past->test->m; i++)
+        if (fabs(said[i] - past->values[i]) > reach + 16.0 * past->still[i])
+            return 1;
+    return 0;
+}
+
 /* Compare what was said, one sensor below the other, with the samples before. Returns 0, with nothing changed, if
-   a sensor repeats itself or has done so until now. */
+   a sensor repeats itself or has done so until now, or leaps. */
 int64_t flexarm_meet(const struct instant *instant, const double *all)
 {
     const double *said = all;
     for (int64_t k = 0; k < instant->sensors; k++) {
         const struct memory *past = instant->memories[k];
-        if (past->repeats || !is_new(past, said))
+        if (past->repeats || !is_new(past, said) || leaps(past, said, instant->t))
             return 0;
         said += past->test->m;
     }
@@ -140,7 +152,7 @@ int64_t flexarm_take_ordinary(const struct instant *instant)
         if (!(nis[k] >= 0.0 && nis[k] <= past->threshold)) /* also when it is NaN */
             return 0;
         z[k] = sqrt(nis[k] / (double)past->test->m);
-        if (past->repeats || past->held || past->test->score > past->biased || !(z[k] <= past->limit))
+        if (past->repeats || past->leaps || past->held || past->test->score > past->biased || !(z[k] <= past->limit))
             return 0;
     }
     for (int64_t k = 0; k < instant->sensors; k++) {

@@ -31,6 +31,7 @@ _NOVICE = 20  # samples before a prediction is good; values that must differ bef
 _REST = 0.5  # sigmas of the sensor: a prediction that goes on by less is at rest
 _ZIGZAG = 1.0  # sigmas of the sensor: steps there and back
 _ZIGZAGS = 30
+_SLACK = 8.0  # sigmas of the sensor, by which two values differ by their noise
 FROZEN, STUCK = "repeats its value, though the arm moves", "repeats its value, though it has noise at rest"
 SAME = "repeats its value"
 REPEATING = frozenset({FROZEN, STUCK, SAME})
@@ -86,6 +87,7 @@ class Repeats:
                 if self._frozen_since != record.since and not self._has_noise_at_rest:
                     self._rest()
                 record.repeats = 0
+            record.leaps = record.leaps or self._leaps(values, sample.t)
             self._values[:], record.since = values, sample.t
             return Run(0, sample.t, False)
         self._repeated += 1
@@ -129,6 +131,14 @@ class Repeats:
     @property
     def _has_noise_at_rest(self) -> bool:
         return bool(self._record.zigzags >= _ZIGZAGS)
+
+    def _leaps(self, values: Sequence[float], t: float) -> bool:
+        """Return whether new values are farther from those before than anything can have moved meanwhile."""
+        reach = self._record.fastest * abs(t - self._record.since)
+        if not reach < math.inf:
+            return False
+        said = zip(values, self._values, self._still, strict=True)
+        return any([abs(now - before) > reach + _SLACK / _REST * still for now, before, still in said])
 
     def _rest(self) -> None:
         """Remember that it may repeat; only noise of many samples to come speaks against that."""

@@ -4,6 +4,8 @@ The filter's own covariance ``S`` is cautious (it bears modes that are 10 % off)
 sensor hides behind it. A sensor is therefore measured by its own past, too:
 
 * a value that **repeats** to the last bit is not fused when it should not (``repeats``);
+* values that **leap** farther than the axis can have moved since the ones before, and do not agree with the
+  state, are no witness against it: who locates axes is put out of use until it agrees again;
 * a normalised innovation ``z = sqrt(nu' S^-1 nu / m)`` that **jumps** above the gate times its usual size is
   held until the next samples decide: if they are as large, something did happen, and it is fused after all.
 """
@@ -36,6 +38,8 @@ _HELD_MAX = 2  # samples; the third one as large decides
 _AGREEMENT = 0.45  # of their mean: so far innovations of a shift may lie from it
 _GROWTH = 0.5  # of their mean: by so much the last may be more than the first
 HELD, JUMP, SHIFT = "waits for the next sample", "jumps by itself", "has shifted"
+LEAP = "leaps farther than its axis can move"
+_FASTER = 4.0  # times its velocity limit: so fast nothing that pushes or hits an arm makes an axis
 
 
 class Held(NamedTuple):
@@ -70,14 +74,28 @@ class ShortTerm:
         repeats: The judge of values that repeat.
     """
 
-    def __init__(self, sigma: Sequence[float], gate: float, threshold: float = math.inf) -> None:
-        """Begin with the noise of every channel, SI, (m,), and the filter's gate [sigma] and its chi^2."""
+    def __init__(
+        self,
+        sigma: Sequence[float],
+        gate: float,
+        threshold: float = math.inf,
+        velocity: float = math.inf,
+    ) -> None:
+        """Begin.
+
+        Args:
+            sigma: Noise of every channel, SI, (m,).
+            gate: The filter's gate [sigma].
+            threshold: Its chi^2.
+            velocity: Limit of the axis that an encoder tells [rad/s or m/s].
+        """
         self._sigma = [float(s) for s in sigma]
         self._held: list[Held] = []
         self.mean, jump = MeanTest(self._sigma), _JUMP * gate
         self.record = MemoryRecord(
             ctypes.pointer(self.mean.record),
             since=-math.inf, threshold=threshold, biased=_BIASED * gate, jump=jump, limit=jump, usual2=1.0,
+            fastest=_FASTER * velocity,
         )  # fmt: skip
         self.repeats = Repeats(self._sigma, self.record)
 
@@ -110,19 +128,26 @@ class ShortTerm:
             return SHIFT
         return self._why_surprising(nu) if self._is_surprising(nu, z) else ""
 
+    @property
+    def has_leapt(self) -> bool:
+        """A leap was no spike: its sensor goes on where its axis cannot be."""
+        return bool(self.record.leaps > _HELD_MAX)
+
     def note(self, run: Run, sample: Measurement, nu: Array, z: float, doubt: str, is_fused: bool) -> Outcome:
         """Remember the final verdict; return what has become of the samples that were held."""
         if doubt == HELD:
+            self.record.leaps += self.record.leaps > 0
             self._hold([*self._held, Held(sample, nu, z)])
             return NOTHING
         values: list[float] = nu.tolist()
         self.repeats.note(run, sample.y.tolist(), values, doubt)
         if doubt in REPEATING:
             return NOTHING
-        waiting = self._held
-        if doubt == SHIFT:
+        waiting, record = self._held, self.record
+        record.leaps = record.leaps + 1 if record.leaps and not is_fused else 0
+        if doubt in (SHIFT, LEAP):
             self._hold([])
-            self.record.last = 0.0
+            record.last = 0.0
             self.mean.clear()
             return Outcome([], [held.sample for held in waiting])
         if is_fused:
