@@ -12,21 +12,18 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections import Counter
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from golden_edits import Edit, Which, edited, redescribed, restamped, set_first, with_edits
 
 from flexarm_bringup.bags.bag_copy import copy_bag
-from flexarm_bringup.bags.bag_reader import Bag, Record, check_bag
-from flexarm_bringup.conversions import deserialise, serialise
+from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.regress.making import Source, make_case
 from flexarm_bringup.regress.playing import MODEL, models
-from flexarm_bringup.replaying.replay_bag import OUTPUTS
-from flexarm_model.conversions import floats, ns_to_stamp, stamp_to_ns
+from flexarm_model.conversions import floats, ns_to_stamp
 
 FOLDER = Path(__file__).parent / "golden"
 RECORDED, CASE = FOLDER / "single_link" / "bag", FOLDER / "bounds_and_bad_samples"
@@ -38,69 +35,30 @@ DURATION = 0.7  # s
 DESCRIBED = {"effort: 28 N m": "effort: 0.1 N m", "limit: 1000 ustrain": "limit: 5 ustrain"}
 FAR, TURNED = 3e-5, 0.3  # strain, rad
 LATE_NS, MODEL_NS, POSE = 32_000_000, 350_000_000, 0.1  # ns, ns, rad
-Edit = Callable[[Any], None]
-
-
-def _set(field: str, value: float) -> Edit:
-    return lambda msg: getattr(msg, field).__setitem__(0, value)
-
-
-def _too_early(msg: Any) -> None:
-    msg.header.stamp = ns_to_stamp(stamp_to_ns(msg.header.stamp) - LATE_NS)
-
-
-# what is done to the how manieth message of a topic
-EDITS: dict[tuple[str, int], Edit] = {
-    ("strain", 60): _set("strain", np.nan),
-    ("strain", 75): _too_early,
-    ("strain", 100): _set("strain", FAR),
-    ("applied_effort", 65): _set("effort", np.nan),
-    ("pose", 12): _too_early,
+EDITS: dict[Which, Edit] = {
+    ("strain", 60): set_first("strain", np.nan),
+    ("strain", 75): restamped(-LATE_NS),
+    ("strain", 100): set_first("strain", FAR),
+    ("applied_effort", 65): set_first("effort", np.nan),
+    ("pose", 12): restamped(-LATE_NS),
 }
-TWICE = ("joint_states", 80)
+TWICE: dict[Which, Edit] = {("joint_states", 80): set_first("position", TURNED)}
 
 
 def bad_bag(recorded: Bag, folder: Path) -> Bag:
     """Write a bag anew as told above, without what estimator and controller said."""
-    description = recorded.custom["description"]
-    for before, after in DESCRIBED.items():
-        if description.count(before) != 1:
-            raise ValueError(f"the description has not one '{before}'")
-        description = description.replace(before, after)
-    bag = replace(recorded, custom={**recorded.custom, "description": description})
-    heard = tuple(record for record in bag.records if record.name not in OUTPUTS)
-    (model,) = models(replace(bag, records=heard))  # a model belongs to one description
-    other = _edited(model, _about_another_pose)
-    (other,) = models(replace(bag, records=(other,)))
-    topics = tuple(topic for topic in bag.topics if topic.name not in OUTPUTS)
-    records = [model if record.name == MODEL else record for record in heard]
+    bag = redescribed(recorded, DESCRIBED)
+    model = next(record for record in bag.records if record.name == MODEL)
+    (other,) = models(replace(bag, records=(edited(model, _about_another_pose),)))
+    records = list(bag.records)
     first_late = next(i for i, record in enumerate(records) if record.log_time_ns >= MODEL_NS)
     records.insert(first_late, replace(other, log_time_ns=MODEL_NS))
-    return copy_bag(replace(bag, topics=topics), folder, _with_bad_samples(records))
+    return copy_bag(bag, folder, with_edits(records, EDITS, TWICE))
 
 
 def _about_another_pose(msg: Any) -> None:
     msg.pose = floats([POSE])
     msg.header.stamp = ns_to_stamp(MODEL_NS)
-
-
-def _with_bad_samples(records: list[Record]) -> list[Record]:
-    seen: Counter[str] = Counter()
-    written: list[Record] = []
-    for record in records:
-        topic = record.name.rpartition("/")[2]
-        seen[topic] += 1
-        edit = EDITS.get((topic, seen[topic]))
-        written.append(_edited(record, edit) if edit else record)
-        if (topic, seen[topic]) == TWICE:
-            written.append(_edited(record, _set("position", TURNED)))
-    return written
-
-
-def _edited(record: Record, edit: Edit) -> Record:
-    msg = deserialise(record.cdr, record.type)
-    edit(msg)
-    return replace(record, cdr=serialise(msg, record.type))
 
 
 def main(case: Path = CASE) -> dict[str, int]:

@@ -13,25 +13,24 @@ import pytest
 pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("rclpy", reason="needs ROS")
 
+from golden_edits import outputs_of, same_inputs  # noqa: E402
 from make_golden_bounds import CASE, RECORDED, bad_bag  # noqa: E402
 from planted_changes import PLANTED, _setting  # noqa: E402
 
 from flexarm_bringup import cli  # noqa: E402
-from flexarm_bringup.bags.bag_reader import check_bag, decode  # noqa: E402
+from flexarm_bringup.bags.bag_reader import check_bag  # noqa: E402
 from flexarm_controller.settings import MpcConfig  # noqa: E402
 from flexarm_estimator.messages import sensor_messages  # noqa: E402
 
 LARGEST = 1_000_000  # bytes of the whole case
 
 
-def said(topic: str) -> list[types.SimpleNamespace]:
-    return [decode(record) for record in check_bag(CASE / "golden").records if record.name.endswith(topic)]
-
-
 def test_both_bounds_bind_and_bad_samples_are_refused_and_the_model_changes() -> None:
-    active = {name.partition(":")[0] for msg in said("controller_status") for name in msg.limits_active}
+    active = {
+        name.partition(":")[0] for msg in outputs_of(CASE, "controller_status") for name in msg.limits_active
+    }
     assert active == {"torque", "strain"}
-    states = said("modal_state")
+    states = outputs_of(CASE, "modal_state")
     assert len({msg.model_id for msg in states}) == 2
     reasons = {sensor.reason.partition(" [")[0] for msg in states for sensor in msg.sensors if sensor.reason}
     assert {"not finite", "jumps by itself"} <= reasons
@@ -39,17 +38,7 @@ def test_both_bounds_bind_and_bad_samples_are_refused_and_the_model_changes() ->
 
 def test_the_case_is_small_and_made_as_its_script_says(tmp_path: Path) -> None:
     assert sum(path.stat().st_size for path in CASE.rglob("*") if path.is_file()) < LARGEST
-    made, kept = bad_bag(check_bag(RECORDED), tmp_path / "bag"), check_bag(CASE / "bag")
-    end_ns = kept.records[-1].log_time_ns
-    sensors = [
-        [
-            (r.name, r.log_time_ns, r.cdr)
-            for r in bag.records
-            if r.log_time_ns <= end_ns and "model" not in r.name
-        ]
-        for bag in (made, kept)  # a model is computed, to rounding
-    ]
-    assert sensors[0] == sensors[1]
+    assert same_inputs(bad_bag(check_bag(RECORDED), tmp_path / "bag"), check_bag(CASE / "bag"))
 
 
 def torque_of_no_number(patch: pytest.MonkeyPatch) -> None:
