@@ -221,6 +221,15 @@ def test_an_impact_blames_nobody(name):
     assert arm(name).run(kick=1.2) == {}
 
 
+@pytest.mark.parametrize("later", [0.04, pytest.param(0.06, marks=pytest.mark.slow)])
+def test_one_spike_after_an_impact_blames_nobody(later):
+    """The encoder was left out, for gauge and accelerometer agreed with an arm that had not been hit."""
+    dt = 1.0 / arm("single_link").tree.config.rate_hz
+    spike = SensorFault("garbage", 1.2 + later - dt / 2, 1.2 + later + dt / 2, spike=50.0)
+    named = arm("single_link").run("mpc", faults={"encoder": spike}, kick=1.2, end=1.6, words="")
+    assert named == {}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "gauge"), [("single_link", "root_strain"), ("planar_3rrr", "first_strain_2")]

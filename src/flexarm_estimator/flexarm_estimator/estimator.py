@@ -200,7 +200,7 @@ class Estimator:
 
     def _follow_clock(self, t: float) -> list[str]:
         """Move the own clock to ``t``; start anew when it jumps. Returns what is wrong with ``t``."""
-        must_restart, trouble = self._clock.follow(t, self.config.max_gap, self.config.history)
+        must_restart, trouble = self._clock.follow(t, self.config.max_gap, self.config.future_tolerance)
         self._t = self._clock.t
         if must_restart:
             belief = self._history.now.belief
@@ -226,8 +226,8 @@ class Estimator:
     def _heed(self, view: View) -> None:
         """Ask the watches; take what a sensor at fault has said out of the recent past."""
         findings = self._watches.look(view, self.health.heed)
-        if self._exclusion.is_needed or not view.is_ordinary:
-            for finding in self._exclusion.look(view, self._history):
+        if findings or self._exclusion.is_needed or not view.is_ordinary:
+            for finding in self._exclusion.look(view, self._history, findings):
                 self.health.heed(finding, "FaultExclusion")
         if touched := [self._history.withdraw(f.sensor, f.since) for f in findings if f.since < math.inf]:
             self._compute(touched)

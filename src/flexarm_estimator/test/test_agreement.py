@@ -9,6 +9,7 @@ from planar_strip import DT, SENSORS, StripKinematics, arriving, simulate, strip
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.exclusion.agreement import compare_at_stamp
+from flexarm_estimator.isolation.isolation_watch import IsolationWatch
 from flexarm_estimator.judging.short_term import SHIFT, _agree
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
@@ -65,6 +66,25 @@ def test_a_late_camera_that_is_sound_again_comes_back_while_the_arm_moves() -> N
     back = [estimate.t for estimate in told if estimate.t > 4.0 and camera(estimate) == "ok"]
     assert back and back[0] < 4.6
     assert camera(told[-1]) == "ok"
+
+
+def test_a_flipped_gauge_does_not_come_back_when_its_strain_goes_through_zero() -> None:
+    """Half the shift was as much as the mean over 0.2 s had to be below: so it is while an arm swings."""
+    start = np.zeros(9)
+    start[1], start[4] = 4e-3, 0.3
+    record = simulate(800, np.random.default_rng(6), x0=start, camera_every=7)
+    estimator, told = Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig()), []
+    watches = estimator._watches
+    watches.all = tuple(watch for watch in watches.all if not isinstance(watch, IsolationWatch))
+    for k in range(len(record.t)):
+        samples = arriving(record, k, LATE)
+        if k >= 300:
+            samples = [s._replace(y=-s.y) if s.sensor == "root_strain" else s for s in samples]
+        told.append(estimator.step(samples, record.tau[k], float(record.t[k])))
+    statuses = [next(r.status for r in e.sensors if r.name == "root_strain") for e in told]
+    out = statuses.index("faulty", 300)
+    assert out < 320
+    assert set(statuses[out:]) == {"faulty"}
 
 
 @pytest.mark.parametrize("shift", [8.0, 20.0, 60.0])

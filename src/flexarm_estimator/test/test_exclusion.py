@@ -25,7 +25,7 @@ from flexarm_estimator.judging.health import Health
 from flexarm_estimator.judging.sample_judge import FAR, Verdict
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.watches.watch import Finding
+from flexarm_estimator.watches.watch import Finding, View
 
 QUIET = EstimatorConfig(
     motion_acceleration=0.05, modal_force=0.01, acceleration_noise=0.01, disturbance_drift=0.1
@@ -274,3 +274,20 @@ def test_a_state_that_those_who_locate_the_axes_doubt_three_times_in_a_row_is_no
     said = exclusion.contradiction(t)
     assert ("doubted again and again, last by encoder" in said) == is_hopeless == bool(said)
     assert not exclusion.contradiction(t + config.reopen_interval)
+
+
+def test_a_dispute_is_over_when_a_watch_has_found_who_is_at_fault() -> None:
+    """A flipped accelerometer was named, and 0.1 s later the sound encoder it had been disputed with."""
+    estimator, _, _ = feed(creeping, until=240)
+    gate, exclusion = estimator._gate, estimator._exclusion
+    for found, is_over in (
+        ([], False),
+        ([Finding("camera", "", True)], False),
+        ([Finding("camera", "x", True)], True),
+    ):
+        gate.note_reopening([Verdict("encoder", 1.2, False, np.ones(1), 9.0, FAR)], 1.2)
+        gate.is_disputed = True
+        view = View(1.2, np.zeros(2), estimator.past[1][-1].belief, [], [], None, True, estimator.past[1])
+        exclusion._next = 10.0  # no search begins by itself
+        exclusion.look(view, estimator._history, found)
+        assert gate.is_disputed is not is_over

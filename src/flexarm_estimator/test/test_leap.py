@@ -24,7 +24,7 @@ DEGREES = 180.0 / math.pi
 def worked(velocity: float = VELOCITY, seed: int = 1) -> tuple[Gate, float, np.random.Generator]:
     """Return the gate of an encoder that has worked for a second, the time, and its noise."""
     gate, rng = (
-        Gate({"encoder": [1e-4]}, CONFIG, velocities={"encoder": velocity}),
+        Gate({"encoder": [1e-4]}, CONFIG, specs={"encoder": replace(ENCODER, velocity=velocity)}),
         np.random.default_rng(seed),
     )
     for k in range(200):

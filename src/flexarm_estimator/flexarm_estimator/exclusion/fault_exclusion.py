@@ -77,8 +77,17 @@ class FaultExclusion:
             return f"the state was doubted again and again, last by {', '.join(sorted(doubts[-1]))}"
         return ""
 
-    def look(self, view: View, history: History) -> list[Finding]:
-        """Return who is excluded or readmitted; goes on with what is at hand, a piece at a time."""
+    def look(self, view: View, history: History, found: Iterable[Finding] = ()) -> list[Finding]:
+        """Return who is excluded or readmitted; goes on with what is at hand, a piece at a time.
+
+        Args:
+            view: Of the step.
+            history: Of the estimator.
+            found: What watches have found: disputes with a sensor that is at fault by them are over.
+        """
+        if any([finding.is_fault and finding.reason for finding in found]):
+            self._search, self._undecided_at = None, -math.inf
+            self._gate.calm()
         findings = self._compare(view.samples, history) if self._excluded else []
         findings += [self._exclude(v.sensor, v.t, LEAP) for v in view.verdicts if v.reason == LEAP]
         search = self._search

@@ -15,9 +15,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtri, ndtr
 
 from flexarm_estimator.filter import normalised_square
+from flexarm_estimator.judging.chi_square import agreement_bound, chi_square_bound
 from flexarm_estimator.judging.meetings import Meetings
 from flexarm_estimator.judging.ordinary import load_ordinary
 from flexarm_estimator.judging.sample_judge import FAR, Verdict
@@ -33,7 +33,6 @@ _ALSO = 3.0  # score of another mean that makes a shift doubtful
 _OF_MEAN, _OF_JUMP = 0.9, 0.25  # and its least share of the own score, and of the size of the own jump
 _SHORTEST = 1e-3  # s
 _KEPT = 9  # doubts in a row, at least
-_AGREED = 5.0  # sigmas: within them sensor and state agree, however wide the gate is for the model's sake
 _TOGETHER = 2  # refusals in a row of several sensors at once that make the state doubtful
 
 
@@ -51,7 +50,7 @@ class Gate:
         sigmas: Mapping[str, Sequence[float]],
         config: EstimatorConfig,
         use_compiler: bool = True,
-        velocities: Mapping[str, float] | None = None,
+        specs: Mapping[str, SensorSpec] | None = None,
     ) -> None:
         """Compute the thresholds.
 
@@ -59,10 +58,10 @@ class Gate:
             sigmas: Noise of the channels of every sensor, SI.
             config: Settings.
             use_compiler: False judges without machine code: the same, slower.
-            velocities: Limits of the axes that sensors tell [rad/s or m/s]; none for those left out.
+            specs: What else is known of them; without it they are never slow, and leap nowhere.
         """
         self._code = load_ordinary() if use_compiler else None
-        self._config, self._velocities = config, velocities or {}
+        self._config, self._specs = config, specs or {}
         self._describe(sigmas)
         self.restart()
 
@@ -70,14 +69,14 @@ class Gate:
     def of(cls, specs: Sequence[SensorSpec], config: EstimatorConfig, use_compiler: bool = True) -> Gate:
         """Return the gate of the sensors of a description."""
         sigmas = {spec.name: spec.sigma.tolist() for spec in specs}
-        return cls(sigmas, config, use_compiler, {spec.name: spec.velocity for spec in specs})
+        return cls(sigmas, config, use_compiler, {spec.name: spec for spec in specs})
 
     def restart(self) -> None:
         """Forget what the sensors did."""
         self._refusals = dict.fromkeys(self._sigmas, 0)
         self._refused_since = dict.fromkeys(self._sigmas, 0.0)
         gate, threshold = self._config.lone_gate or self._config.gate, self._threshold
-        fastest = {name: self._velocities.get(name, math.inf) for name in self._sigmas}
+        fastest = dict.fromkeys(self._sigmas, math.inf) | {n: s.velocity for n, s in self._specs.items()}
         self._past = {n: ShortTerm(s, gate, threshold[n], fastest[n]) for n, s in self._sigmas.items()}
         self._new = Meetings(self._past, self._code)
         self._released, self._dropped = list[Measurement](), list[Verdict]()
@@ -175,7 +174,7 @@ class Gate:
             if is_accepted:
                 self._refusals[sensor] = 0
             elif reason == FAR:
-                self.is_disputed |= self.is_upset(t)
+                self.is_disputed |= self._contradicts(sensor) and self.is_upset(t)
                 if not self._refusals[sensor]:
                     self._refused_since[sensor] = t
                 self._refusals[sensor] += 1
@@ -219,11 +218,16 @@ class Gate:
         """Return whether the state has been doubted lately: innovations tell of it, not of their sensors."""
         return t - self._reopened_at < self._config.reopen_interval
 
+    def _contradicts(self, sensor: str) -> bool:
+        """Return whether a refusal is more than a spike: the second in a row of who speaks all the time."""
+        is_slow = sensor in self._specs and self._specs[sensor].rate_hz > 0.0
+        return is_slow or self._refusals[sensor] > 0
+
     def _describe(self, sigmas: Mapping[str, Sequence[float]]) -> None:
         """Take noise and number of the channels."""
         gate = self._config.gate
-        self._threshold = {name: _chi2(len(sigma), gate) for name, sigma in sigmas.items()}
-        self._agreement = {name: _chi2(len(sigma), min(gate, _AGREED)) for name, sigma in sigmas.items()}
+        self._threshold = {name: chi_square_bound(len(sigma), gate) for name, sigma in sigmas.items()}
+        self._agreement = {name: agreement_bound(len(sigma), gate) for name, sigma in sigmas.items()}
         self._sigmas = sigmas
 
     def _is_common(self, sensor: str, reason: str) -> bool:
@@ -237,13 +241,10 @@ class Gate:
         return reason == SHIFT and any(past.mean.score > least for past in others)
 
     def _find_doubters(self, verdicts: Iterable[Verdict]) -> set[str]:
-        refused = {v.sensor for v in verdicts if v.reason == FAR}
-        together = {sensor for sensor in refused if self._refusals[sensor] >= _TOGETHER}
+        """Return who makes the state doubtful; soon after a doubt several that refuse at once do."""
+        refused = {v.sensor: v.t for v in verdicts if v.reason == FAR}
+        is_upset = any([self.is_upset(t) for t in refused.values()])
+        together = {sensor for sensor in refused if is_upset or self._refusals[sensor] >= _TOGETHER}
         if len(together) > 1:
             return together
-        return {sensor for sensor in together if self._refusals[sensor] >= self._config.reopen_after}
-
-
-def _chi2(m: int, sigmas: float) -> float:
-    """Return what is as improbable for ``m`` squares as so many sigmas are for one."""
-    return float(chdtri(m, 2.0 * ndtr(-sigmas)))
+        return {sensor for sensor in refused if self._refusals[sensor] >= self._config.reopen_after}

@@ -2,7 +2,8 @@
 
 A bias, a wrong unit, a plug in the wrong socket. The gate holds such samples back until three in a row agree;
 here the sensor is at fault. Its innovation, from the state at the sample's own stamp, is followed on without
-being fused: the sensor is sound again when the mean over ``_BLOCK`` is less than half the shift. Who shifts
+being fused: the sensor is sound again when all of it over ``_BLOCK`` agrees with the state, and its mean is
+less than half the shift (a flipped gauge has such a mean whenever its strain goes through zero). Who shifts
 again soon is followed for twice as long each time: one of a wrong factor seems sound at every rest, and while
 it is believed another is accused. Channels of different units are compared in sigmas.
 """
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.exclusion.agreement import compare_at_stamp
+from flexarm_estimator.judging.chi_square import agreement_bound
 from flexarm_estimator.judging.short_term import SHIFT
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
@@ -46,8 +48,9 @@ class _Case:
 class ShiftWatch(Watch):
     """Watches for sudden shifts."""
 
-    def __init__(self) -> None:
-        """Begin without any suspicion."""
+    def __init__(self, gate: float) -> None:
+        """Begin without any suspicion; ``gate`` is the estimator's [sigma]."""
+        self._gate = gate
         self._cases: dict[str, _Case] = {}
         self._over: dict[str, tuple[float, float]] = {}  # when a shift was over [s], and the block that told
 
@@ -86,8 +89,11 @@ class ShiftWatch(Watch):
         return min(2.0 * block, _LONGEST) if t - ended < _SOON else _BLOCK
 
     def _follow(self, sample: Measurement, view: View) -> list[Finding]:
-        case = self._cases[sample.sensor]
-        case.total += compare_at_stamp(sample, view.instants).nu / self._sigma(sample.sensor)
+        case, compared = self._cases[sample.sensor], compare_at_stamp(sample, view.instants)
+        if not compared.nis <= agreement_bound(sample.y.size, self._gate):
+            case.start, case.count, case.total = sample.t, 0, np.zeros_like(case.shift)
+            return []
+        case.total += compared.nu / self._sigma(sample.sensor)
         case.count += 1
         if sample.t - case.start < case.block or case.count < _ENOUGH:
             return []

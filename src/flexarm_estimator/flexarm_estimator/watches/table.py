@@ -36,7 +36,7 @@ class Watches:
         """
         self.all: tuple[Watch, ...] = (
             FrozenWatch(),
-            ShiftWatch(),
+            ShiftWatch(config.gate),
             LatencyWatch(delays, config),
             BiasWatch(specs, config),
             NoiseWatch(specs),
