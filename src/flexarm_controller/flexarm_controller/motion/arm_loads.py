@@ -50,9 +50,10 @@ class ArmLoads:
         count = 1 + max(1, int(np.ceil((abs(goal - start) * self._size).sum() / SPACING)))
         return self._along(np.linspace(start, goal, min(count, MOST)), known)
 
-    def at(self, pose: Array, known: Array) -> Way | None:
-        """Return the loads around one pose, (n_theta,); None where those of the pose ``known`` hold there."""
-        return self._along(pose[None], known)
+    def beside(self, start: Array, goal: Array, known: Array) -> Way | None:
+        """Return what ``between`` does for a short way, made for it: of a long one they are coarser."""
+        self._last = None
+        return self.between(start, goal, known)
 
     def along(self, trajectory: Trajectory, known: Array) -> Way | None:
         """Return the loads on the way of a trajectory, as ``between`` does.

@@ -62,6 +62,10 @@ class Demand:
         """Return what standing still at ``poses`` (k, n_theta) asks, (k, n_rows)."""
         return np.asarray(poses @ self.K.T + self.rest)
 
+    def asked(self, theta: Array, theta_dot: Array, theta_ddot: Array) -> Array:
+        """Return what a motion asks at k instants, each (k, n_theta), as ``growth`` has them; (k, n_rows)."""
+        return np.asarray(self.standing(theta) + theta_dot @ self.D.T + theta_ddot @ self.J.T)
+
     def growth(self, theta: Array, theta_dot: Array, theta_ddot: Array) -> float:
         """Return by how much all accelerations may grow until a row has its most [1].
 
@@ -107,10 +111,13 @@ class WayDemand:
         """Return what standing still at ``poses`` (k, n_theta) asks, (k, n_rows)."""
         return self.way.holding(poses)
 
+    def asked(self, theta: Array, theta_dot: Array, theta_ddot: Array) -> Array:
+        """Return what a motion asks, as `Demand.asked`, (k, n_rows)."""
+        return self._steady(theta, theta_dot) + self.way.inertia(theta, theta_ddot)
+
     def growth(self, theta: Array, theta_dot: Array, theta_ddot: Array) -> float:
         """Return by how much all accelerations may grow until a row has its most, as `Demand.growth` [1]."""
-        push = self.way.inertia(theta, theta_ddot)
-        rest = self.standing(theta) + self.way.viscous(theta, theta_dot) + self.way.turning(theta, theta_dot)
+        push, rest = self.way.inertia(theta, theta_ddot), self._steady(theta, theta_dot)
         spare = self.most - np.copysign(1.0, push) * rest
         growth = float((spare / np.maximum(abs(push), NONE * self.most)).min())
         against = float((self.most / np.maximum(abs(rest), NONE * self.most)).min())  # of velocities alone
@@ -123,6 +130,9 @@ class WayDemand:
         turning, accelerations = self.way.turning(theta, theta_dot), (theta_ddot, motion.before(times))
         pushes = [self.way.inertia(theta, part) + turning for part in accelerations]
         return largest_speed(self.standing(theta), self.way.viscous(theta, theta_dot), pushes, self.most)
+
+    def _steady(self, theta: Array, theta_dot: Array) -> Array:
+        return self.standing(theta) + self.way.viscous(theta, theta_dot) + self.way.turning(theta, theta_dot)
 
 
 def demand_on(

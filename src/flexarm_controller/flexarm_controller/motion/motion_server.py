@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.draft import Draft, GoalPlanner, Plan
@@ -18,9 +19,13 @@ from flexarm_controller.motion.point_to_point import state_at
 from flexarm_controller.motion.progress import ON_REQUEST, Progress, Pursuit
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.motion.stretch import grid
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics, angle_with
 from flexarm_controller.reference import Reference, hold, splice
 from flexarm_controller.state import ArmState
+from flexarm_model.served.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -129,8 +134,8 @@ class MotionServer:
             return Answer(False, "it is stopping already")
         if arm.reference is None or (not active and arm.reference.t[-1] <= now):
             return Answer(False, "nothing moves")
+        halt = self._halt(arm.model, arm.reference, now)
         try:
-            halt = self.planner.of(arm.model).stop(state_at(arm.reference, now), now)
             self._follow(arm, halt)
         except MotionError as error:
             return Answer(False, str(error))
@@ -152,6 +157,16 @@ class MotionServer:
             self._pursuit = None
         told, self._told = self._told, []
         return told
+
+    def _halt(self, model: ReducedModel, reference: Reference, now: float) -> Reference:
+        """Return a stop, or what is left of a reference at ``now`` [s] if a stop is later or goes farther."""
+        left = splice(reference, hold(reference.theta[-1], max(float(reference.t[-1]), now)), now)
+        try:
+            halt = self.planner.of(model).stop(state_at(reference, now), now)
+        except MotionError:
+            return left
+        is_worth = halt.t[-1] < left.t[-1] and (_way(halt) < _way(left)).any()
+        return halt if is_worth or left.t[-1] <= now else left
 
     def _judge(self, pursuit: Pursuit, arm: Follower, state: ArmState) -> None:
         is_own = arm.follows(pursuit.reference)
@@ -185,6 +200,11 @@ class MotionServer:
         if self._pursuit is not None:
             self._told.append(self._pursuit.end(t, "canceled", why))
             self._pursuit = None
+
+
+def _way(motion: Reference) -> Array:
+    """Return how far every axis goes, there and back [rad or m], (n_theta,)."""
+    return np.asarray(abs(np.diff(motion.sample(grid(motion))[0], axis=0)).sum(axis=0))
 
 
 def _why_not_followed(arm: Follower) -> str:

@@ -16,12 +16,12 @@ from flexarm_controller.motion.arm_loads import ArmLoads
 from flexarm_controller.motion.axis_limits import AxisLimits, axis_limits
 from flexarm_controller.motion.demand import Demand, WayDemand, demand_of, demand_on
 from flexarm_controller.motion.excess import find_excess
-from flexarm_controller.motion.point_to_point import MotionState, move, stop
+from flexarm_controller.motion.halt import Halt
+from flexarm_controller.motion.point_to_point import MotionState, move
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import grid, slow_down
-from flexarm_controller.motion.way import Way
-from flexarm_controller.reference import Reference, splice
+from flexarm_controller.reference import Reference, hold, splice
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -92,22 +92,23 @@ class MotionPlanner:
         Raises:
             MotionError: Torque, rate or joint limits do not allow any.
         """
+        if start.is_at_rest:
+            return hold(start.theta, t)
         hard = replace(self._config, motion_ramp=0.0)
-        way = self._loads.at(start.theta, self._model.pose) if self._loads else None
-        try:
-            box = self._box([start.theta], self._limits, hard, way)
-        except MotionError:
-            whole = replace(hard, motion_effort=1.0)
+        halt = self._halt(start, self._limits, hard)
+        if not halt.can_hold(start.theta):
             free = replace(self._limits, strain=np.full(len(self._limits.gauges), np.inf))
-            box = self._box([start.theta], free, whole, way)
-        return self._checked(stop(start, box, t))
+            halt = self._halt(start, free, replace(hard, motion_effort=1.0))
+        return halt.soonest(start, t)
 
-    def _box(
-        self, poses: Sequence[Array], limits: Limits, config: MotionConfig, way: Way | None
-    ) -> AxisLimits:
-        known = demand_of(self._model, limits, config)
-        demand = demand_on(known, self._model.n_theta, way, config, 0.0)
-        return axis_limits(self._model, limits, poses, config, 1.0, demand)
+    def _halt(self, start: MotionState, limits: Limits, config: MotionConfig) -> Halt:
+        """Return stops within other limits and shares, with the loads where they go."""
+        known, n, way = demand_of(self._model, limits, config), self._model.n_theta, None
+        rate, names = config.motion_effort * limits.effort_rate, self._model.theta_names
+        if self._loads:
+            rest = Halt(known, rate, limits, names).rest_about(start)
+            way = self._loads.beside(start.theta, rest, self._model.pose)
+        return Halt(demand_on(known, n, way, config, 0.0), rate, limits, names)
 
     def _check_goal(self, goal: Array) -> None:
         low, high = self._limits.position_low, self._limits.position_high
