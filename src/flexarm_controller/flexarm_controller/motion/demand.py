@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.motion.strains import strain_rows
 from flexarm_controller.motion.stretch import grid, largest_speed
 from flexarm_controller.motion.way import Way
-from flexarm_controller.program.equilibrium import Equilibrium, build_equilibrium
+from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.settings.units import is_sliding
@@ -158,7 +159,7 @@ def demand_of(model: ReducedModel, limits: Limits, config: MotionConfig) -> Dema
     ``1 + |sin(pi r) / pi r|`` times what it bends it by at rest: twice where it begins at once.
     """
     equilibrium = build_equilibrium(model)
-    rows, at_zero, limit, gauges = _strain(model, limits, equilibrium)
+    rows, at_zero, limit, gauges = strain_rows(model, limits, equilibrium)
     K, D, J = np.split(np.vstack([equilibrium.U, rows]), 3, axis=1)
     J[model.n_theta :] *= ring_of(config)
     units = tuple("N" if is_sliding(name) else "N m" for name in model.theta_names)
@@ -171,14 +172,3 @@ def demand_of(model: ReducedModel, limits: Limits, config: MotionConfig) -> Dema
         names=(*(f"axis {name}" for name in model.theta_names), *(f"gauge {name}" for name in gauges)),
         units=units + ("strain",) * len(gauges),
     )
-
-
-def _strain(
-    model: ReducedModel, limits: Limits, equilibrium: Equilibrium
-) -> tuple[Array, Array, Array, list[str]]:
-    """Return strain per reference, at zero reference, its limits, and the names of the limited gauges."""
-    out, finite = model.outputs, np.isfinite(limits.strain)
-    names = [name for name, is_limited in zip(limits.gauges, finite, strict=True) if is_limited]
-    index = [out.names.index(name) for name in names]
-    C, y_0 = np.hstack([out.C_pos[index], out.C_vel[index]]), out.y0[index] - out.C_pos[index] @ model.xi0
-    return C @ equilibrium.X, C @ equilibrium.x_0 + y_0, limits.strain[finite], names

@@ -3,7 +3,8 @@
 Between two samples position is a cubic and acceleration a line in time, so that position, velocity and the
 quasi-static torque ``K theta + D theta' + J theta'' + u_0`` of the served model are cubics in s = 0 ... 1.
 So is the torque on a `Way`, which changes with the pose, in parts of the interval that it makes. Their
-extremes lie at the ends of the interval or where the derivative, a quadratic, vanishes.
+extremes lie at the ends of the interval or where the derivative, a quadratic, vanishes. The strain at gauges
+rings, too (`Strains`).
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.guarding.checks import USTRAIN
 from flexarm_controller.limits import Limits
+from flexarm_controller.motion.cubics import EXTREMES, extremes
+from flexarm_controller.motion.strains import Strains
 from flexarm_controller.motion.torques import Torques
 from flexarm_model.motion.trajectory import Trajectory
 from flexarm_model.settings.units import is_sliding
@@ -23,7 +27,6 @@ Array = NDArray[np.float64]
 ROUNDING = 1e-9  # of a limit
 NANOSECOND = 1e-9  # s; stamps of messages are whole ones
 MOST_SLACK = 0.01  # of a velocity, however short the interval
-EXTREMES = 4  # of a cubic: both ends, and where it turns
 
 
 @dataclass(frozen=True)
@@ -31,10 +34,10 @@ class Excess:
     """The worst violation of one limit.
 
     Attributes:
-        axis: Index of the axis.
-        name: Its name, "joint.axis".
-        quantity: "position", "velocity" or "torque".
-        value: What the trajectory asks for [rad, rad/s, N m; m, m/s, N].
+        axis: Index of the axis, or of the limited gauge.
+        name: Its name, "joint.axis" or "gauge.channel".
+        quantity: "position", "velocity", "torque" or "strain".
+        value: What the trajectory asks for [rad, rad/s, N m; m, m/s, N; 1].
         limit: What is allowed.
         t: When, from the first sample on [s].
     """
@@ -47,14 +50,16 @@ class Excess:
     t: float
 
     def __str__(self) -> str:
+        if self.quantity == "strain":
+            return self._told(f"gauge {self.name}: strain", "ustrain", USTRAIN)
         length = "m" if is_sliding(self.name) else "rad"
         units = {"position": length, "velocity": f"{length}/s", "torque": torque_unit(self.name)}
-        unit = units[self.quantity]
         what = "leaves the joint limits: position" if self.quantity == "position" else self.quantity
-        return (
-            f"axis {self.name}: {what} {self.value:.4g} {unit} is beyond the limit {self.limit:.4g} {unit} "
-            f"at {self.t:.3f} s"
-        )
+        return self._told(f"axis {self.name}: {what}", units[self.quantity])
+
+    def _told(self, what: str, unit: str, scale: float = 1.0) -> str:
+        value, limit = scale * self.value, scale * self.limit
+        return f"{what} {value:.4g} {unit} is beyond the limit {limit:.4g} {unit} at {self.t:.3f} s"
 
 
 def torque_unit(name: str) -> str:
@@ -63,21 +68,28 @@ def torque_unit(name: str) -> str:
 
 
 def find_excess(
-    trajectory: Trajectory, limits: Limits, names: Sequence[str] = (), equilibrium: Torques | None = None
+    trajectory: Trajectory,
+    limits: Limits,
+    names: Sequence[str] = (),
+    equilibrium: Torques | None = None,
+    strains: Strains | None = None,
 ) -> Excess | None:
-    """Return the worst excess of the first quantity that has one: position, velocity, torque.
+    """Return the worst excess of the first quantity that has one: position, velocity, torque, strain.
 
     Args:
         trajectory: Of the axes; before and after it they rest.
         limits: Of the arm.
         names: Of the axes, "joint.axis"; numbers where not given.
         equilibrium: Torque that goes with a motion; None: torque is not looked at.
+        strains: That go with a motion; None: they are not looked at.
     """
     names = names or tuple(f"{i + 1}" for i in range(limits.effort.size))
     shares = {"position": (limits.position_low, limits.position_high)}
     shares["velocity"] = (-limits.velocity, limits.velocity)
     shares["torque"] = (-limits.effort, limits.effort)
-    for quantity, t, values in peaks(trajectory, equilibrium):
+    if strains is not None:
+        shares["strain"] = (-strains.limit, strains.limit)
+    for quantity, t, values in peaks(trajectory, equilibrium, strains):
         low, high = shares[quantity]
         over = np.maximum(values - high, low - values)  # (k, n)
         ends = [np.where(np.isfinite(end), abs(end), 0.0) for end in (low, high)]
@@ -90,7 +102,8 @@ def find_excess(
         if beyond[worst, axis] > 0.0:
             value, limit = values[worst, axis], high if values[worst, axis] > high[axis] else low
             at = float(t[worst, axis] - trajectory.t[0])
-            return Excess(axis, names[axis], quantity, float(value), float(limit[axis]), at)
+            name = strains.names[axis] if strains and quantity == "strain" else names[axis]
+            return Excess(axis, name, quantity, float(value), float(limit[axis]), at)
     return None
 
 
@@ -104,8 +117,19 @@ def _of_stamps(trajectory: Trajectory) -> Array:
     return np.tile(slack, EXTREMES)[:, None]
 
 
-def peaks(trajectory: Trajectory, equilibrium: Torques | None) -> Iterator[tuple[str, Array, Array]]:
-    """Return every quantity with the instants [s] and values of its local extremes, both (k, n_theta)."""
+def peaks(
+    trajectory: Trajectory, equilibrium: Torques | None, strains: Strains | None = None
+) -> Iterator[tuple[str, Array, Array]]:
+    """Return every quantity with the instants [s] and values of its local extremes, both (k, n_theta).
+
+    Of strain there are (k, n_gauges), those of `Strains.peaks`.
+    """
+    yield from _of_axes(trajectory, equilibrium)
+    if strains is not None:
+        yield "strain", *strains.peaks(trajectory)
+
+
+def _of_axes(trajectory: Trajectory, equilibrium: Torques | None) -> Iterator[tuple[str, Array, Array]]:
     if trajectory.t.size == 1:
         still = np.zeros_like(trajectory.theta)
         t = np.broadcast_to(trajectory.t[:, None], still.shape)
@@ -122,21 +146,9 @@ def peaks(trajectory: Trajectory, equilibrium: Torques | None) -> Iterator[tuple
         yield "torque", *_extremes(*equilibrium.cubics(trajectory))
 
 
-def roots_within(c: Array, b: Array, a: Array) -> Array:
-    """Return the roots of ``a s^2 + b s + c`` within 0 ... 1, or 0 where there is none, (2, ...)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        root = np.sqrt(b * b - 4 * a * c)
-        q = -(b + np.copysign(root, b)) / 2  # no cancellation
-        s = np.stack([q / a, c / q])
-    return np.where(np.isfinite(s), np.clip(s, 0.0, 1.0), 0.0)
-
-
 def _extremes(trajectory: Trajectory, cubic: Sequence[Array]) -> tuple[Array, Array]:
     """Return instants and values at both ends of every interval and where the derivative vanishes."""
-    c0, c1, c2, c3 = cubic
-    stationary = roots_within(c1, 2 * c2, 3 * c3)
-    s = np.concatenate([np.zeros_like(c0)[None], np.ones_like(c0)[None], stationary])  # (EXTREMES, k - 1, n)
-    values = c0 + s * (c1 + s * (c2 + s * c3))
+    s, values = extremes(cubic)
     t = trajectory.t[:-1, None] + s * np.diff(trajectory.t)[:, None]
-    n = c0.shape[1]
+    n = values.shape[2]
     return t.reshape(-1, n), values.reshape(-1, n)

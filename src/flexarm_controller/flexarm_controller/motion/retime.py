@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
-from flexarm_controller.motion.excess import find_excess, roots_within, torque_unit
+from flexarm_controller.motion.cubics import roots_within
+from flexarm_controller.motion.excess import find_excess, torque_unit
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.stretch import grid, stretch
 from flexarm_controller.motion.torques import Torques

@@ -15,7 +15,12 @@ class MotionConfig:
         0.8, "Share of the torque limits that a planned motion may need.", "1", minimum=0.01, maximum=1.0
     )
     motion_strain: float = parameter(
-        0.8, "Share of the gauges' limits that a planned motion may bend the arm by.", "1", 0.01, 1.0
+        0.8,
+        "Share of the gauges' limits that a planned motion, or a reference slowed down for strain, may bend "
+        "the arm by.",
+        "1",
+        0.01,
+        1.0,
     )
     motion_velocity: float = parameter(
         1.0, "Share of the velocity limits that a planned motion may reach.", "1", minimum=0.01, maximum=1.0
@@ -35,8 +40,8 @@ class MotionConfig:
     )
     excess: str = parameter(
         "retime",
-        "A reference that needs more torque than there is: slow it down there, follow it and tell, refuse "
-        "it, or stretch it and those beyond a velocity limit in time.",
+        "A reference that needs more torque than there is, or bends a gauge beyond its limit: slow it down, "
+        "follow it and tell, refuse it, or stretch it and those beyond a velocity limit in time.",
         choices=("retime", "tell", "refuse", "stretch"),
     )
     excess_slowdown: float = parameter(

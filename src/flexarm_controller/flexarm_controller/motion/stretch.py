@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
-from flexarm_controller.motion.excess import find_excess, peaks, roots_within
+from flexarm_controller.motion.cubics import roots_within
+from flexarm_controller.motion.excess import find_excess, peaks
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.torques import Torques
 from flexarm_controller.reference import Reference
