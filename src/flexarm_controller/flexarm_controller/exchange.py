@@ -22,6 +22,7 @@ from flexarm_controller.laws import Laws
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.admission import admit, check_begin
 from flexarm_controller.motion.arm_loads import ArmLoads
+from flexarm_controller.motion.conversions import OWN_FRAME
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.nonlinear.settings import NmpcConfig
@@ -221,12 +222,11 @@ class ControllerExchange:
         """Follow a reference; returns remarks. Raises why it is refused."""
         if self.controller is None or self._epoch_ns is None:
             raise MotionError(self.model_fault or "no state yet")
-        model, now = self.controller.model, self._now
+        model, now, is_awaited = self.controller.model, self._now, self.is_armed and self.is_live
         reference = reference_from_msg(msg, self._names, self._epoch_ns)
-        if now is not None:
-            check_begin(float(reference.t[0]) - now, LATE)
-        is_awaited = self.is_armed and self.is_live
-        reference, remark = admit(reference, model, self._limits, self._motion, is_awaited, self.loads)
+        check_begin(0.0 if now is None else float(reference.t[0]) - now, LATE)
+        limits = self._limits.without_strain() if msg.header.frame_id == OWN_FRAME else self._limits
+        reference, remark = admit(reference, model, limits, self._motion, is_awaited, self.loads)
         under_way = self.controller.queue.leading if self.is_armed else None
         queued = describe_queued(under_way, reference, now, self._settings.period)
         if fault := self.controller.follow(reference):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,10 @@ class Limits:
             raise ValueError(f"limits.effort: {self.effort} must be finite")
         if (self.position_low >= self.position_high).any():
             raise ValueError(f"limits.position_low: {self.position_low} not below {self.position_high}")
+
+    def without_strain(self) -> Limits:
+        """Return them for motions planned here: the planner bounds their strain, and stops may use it."""
+        return replace(self, strain=np.full(self.strain.shape, np.inf))
 
 
 def limits_of(config: ManipulatorConfig) -> Limits:
