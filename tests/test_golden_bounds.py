@@ -48,7 +48,7 @@ def torque_of_no_number(patch: pytest.MonkeyPatch) -> None:
 
 
 CHANGES: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
-    "strain margin": (_setting(MpcConfig, strain_margin=0.3), "joint_commands"),
+    "strain margin": (_setting(MpcConfig, strain_margin=0.3), "controller_status"),
     "three iterations": (_setting(MpcConfig, max_iterations=3), "joint_commands"),
     "a NaN that passes": (PLANTED["a NaN that passes"].plant, "modal_state"),
     "a torque that is no number": (torque_of_no_number, "modal_state"),

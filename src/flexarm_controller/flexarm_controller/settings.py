@@ -34,7 +34,7 @@ class MpcConfig:
         0.1, "Share of the strain limit kept free for estimation errors.", minimum=0.0, maximum=0.9
     )
     velocity_limit: bool = parameter(True, "Keep the joint velocity limits inside the horizon too.")
-    slack_price: float = parameter(1.0, "Price of exceeding a soft limit by all of it.", minimum=1e-3)
+    slack_price: float = parameter(3.0, "Price of exceeding a soft limit by all of it.", minimum=1e-3)
     backend: str = parameter(
         "daqp",
         "Solver of the quadratic program; another one tries again where it fails.",
