@@ -18,17 +18,22 @@ class MpcConfig:
     delay_periods: int = parameter(
         1, "Periods between a state and the torque computed from it; 0 is as 1.", minimum=0, maximum=10
     )
-    position_error: float = parameter(0.0092, "Joint error that costs 1.", "rad", minimum=1e-9)
-    velocity_error: float = parameter(0.088, "Joint velocity error that costs 1.", "rad/s", minimum=1e-9)
+    position_error: float = parameter(0.0092, "Joint error that costs 1.", "rad or m", minimum=1e-9)
+    velocity_error: float = parameter(
+        0.088, "Joint velocity error that costs 1.", "rad/s or m/s", minimum=1e-9
+    )
     modal_energy: float = parameter(1.2e-4, "Energy of the modes that costs 1.", "J", minimum=1e-12)
     modal_cutoff_hz: float = parameter(
         17.0, "Modes well above it are left to their own damping.", "Hz", minimum=1e-3
     )
     input_acceleration: float = parameter(
-        1.7, "Torque that costs 1, as acceleration of the joint's inertia.", "rad/s^2", minimum=1e-6
+        1.7, "Torque that costs 1, as acceleration of the joint's inertia.", "rad/s^2 or m/s^2", minimum=1e-6
     )
     input_jerk: float = parameter(
-        216.0, "Rate of torque that costs 1, as jerk of the joint's inertia.", "rad/s^3", minimum=1e-6
+        216.0,
+        "Rate of torque that costs 1, as jerk of the joint's inertia.",
+        "rad/s^3 or m/s^3",
+        minimum=1e-6,
     )
     strain_margin: float = parameter(
         0.1, "Share of the strain limit kept free for estimation errors.", minimum=0.0, maximum=0.9
@@ -40,7 +45,9 @@ class MpcConfig:
         "Solver of the quadratic program; another one tries again where it fails.",
         choices=("daqp", "osqp", "hpipm"),
     )
-    tolerance: float = parameter(1e-5, "Of the scaled problem.", minimum=1e-9, maximum=1e-4)
+    tolerance: float = parameter(
+        1e-5, "Of the scaled problem, for osqp and hpipm; daqp keeps 1e-6.", minimum=1e-9, maximum=1e-4
+    )
     max_iterations: int = parameter(2000, "Cap of each stage of the solver.", minimum=1)
     time_limit: float = parameter(
         2.5e-3, "Cap of the solver's wall time; 0 for none, as in lockstep.", "s", minimum=0.0, maximum=1.0
@@ -102,7 +109,7 @@ class ControllerConfig:
     )
     pd_damping: float = parameter(0.7, "Damping ratio of the joints under law pd.", "1", 0.05, 10.0)
     rest_velocity: float = parameter(
-        0.01, "Joint velocity below which damping becomes hold.", "rad/s", minimum=1e-6
+        0.01, "Joint velocity below which damping becomes hold.", "rad/s or m/s", minimum=1e-6
     )
     lost_after: float = parameter(
         0.1, "A motion ends when no state could be used for so long; the arm stays there.", "s", 0.0, 60.0
