@@ -91,6 +91,19 @@ def test_two_that_refuse_at_once_soon_after_a_doubt_do_not_wait():
         assert gate.has_doubt([verdict(gate, name, 9.0, t) for name in ("a", "b")], t) is has_doubt
 
 
+def test_what_moved_the_arm_did_so_since_the_first_of_the_doubts_in_a_row():
+    """As if the blow had come a moment ago, velocities and torques were let free at every doubt after it."""
+    gate = Gate({"a": [1.0], "b": [1.0]}, CONFIG)
+    refuse(gate, "a", 0.0)
+    assert gate.note_reopening([verdict(gate, "a", 9.0, 0.1)], 0.1) == ({"a"}, pytest.approx(0.1))
+    gate.note([verdict(gate, "a", 1.0, 0.1)])
+    both = [verdict(gate, name, 9.0, 0.2) for name in ("a", "b")]
+    assert gate.note_reopening(both, 0.2) == ({"a", "b"}, pytest.approx(0.2))
+    later = 0.2 + 1.01 * CONFIG.reopen_interval
+    refuse(gate, "b", later - 0.05)
+    assert gate.note_reopening([verdict(gate, "b", 9.0, later)], later)[1] == pytest.approx(0.05)
+
+
 def test_two_impacts_far_apart_are_no_dispute():
     gate = Gate({"a": [1.0]}, CONFIG)
     for t in (0.0, 5.0):

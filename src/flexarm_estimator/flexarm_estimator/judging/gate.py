@@ -204,14 +204,15 @@ class Gate:
         """Remember that the covariance was widened at ``t``; that does not help twice in a row.
 
         Returns:
-            The sensors that doubt the state, and for how long the first of them has been refused [s].
+            The sensors that doubt the state, and for how long the first of them has been refused [s]; of
+            doubts in a row that of the first doubt: what moved the arm has done so since.
         """
         is_again = self.is_upset(t)
         self.is_disputed |= is_again
         doubters, self._reopened_at = self._find_doubters(verdicts), t
         self.doubts = [*self.doubts[-_KEPT:], doubters] if is_again else [doubters]
-        since = min((self._refused_since[sensor] for sensor in doubters), default=t)
-        self.doubted_since = min(self.doubted_since, since) if is_again else since
+        since = min((self._refused_since[s] for s in doubters if self._refusals[s]), default=t)
+        since = self.doubted_since = min(self.doubted_since, since) if is_again else since
         return set(doubters), max(t - since, _SHORTEST)
 
     def is_upset(self, t: float) -> bool:
@@ -220,8 +221,7 @@ class Gate:
 
     def _contradicts(self, sensor: str) -> bool:
         """Return whether a refusal is more than a spike: the second in a row of who speaks all the time."""
-        is_slow = sensor in self._specs and self._specs[sensor].rate_hz > 0.0
-        return is_slow or self._refusals[sensor] > 0
+        return self._refusals[sensor] > 0 or (sensor in self._specs and self._specs[sensor].rate_hz > 0.0)
 
     def _describe(self, sigmas: Mapping[str, Sequence[float]]) -> None:
         """Take noise and number of the channels."""
