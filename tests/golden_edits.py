@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import tempfile
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
@@ -10,6 +12,7 @@ from typing import Any
 
 from flexarm_bringup.bags.bag_reader import Bag, Record, check_bag, decode
 from flexarm_bringup.conversions import deserialise, serialise
+from flexarm_bringup.regress.making import Source, make_case
 from flexarm_bringup.regress.playing import MODEL, models
 from flexarm_bringup.replaying.replay_bag import OUTPUTS
 from flexarm_model.conversions import ns_to_stamp, stamp_to_ns
@@ -89,6 +92,25 @@ def restamped(shift_ns: int) -> Edit:
         msg.header.stamp = ns_to_stamp(stamp_to_ns(msg.header.stamp) + shift_ns)
 
     return edit
+
+
+def remake(case: Path, made_of: Path, change: Callable[[Bag, Path], Bag], about: str, until: float) -> None:
+    """Make a case anew of another bag as ``change`` writes it into a folder, and print what its bag has.
+
+    Args:
+        case: Its folder, which is replaced.
+        made_of: Folder of the other bag.
+        change: Writes that bag anew.
+        about: What the case is, for the reader.
+        until: Only messages logged before this time after the first are kept [s]; infinite: all.
+    """
+    with tempfile.TemporaryDirectory() as scratch:
+        bag = change(check_bag(made_of), Path(scratch) / "changed")
+        made = make_case(Path(scratch) / "case", Source(bag.path, about, until=until, markers=("ros",)))
+        shutil.rmtree(case, ignore_errors=True)
+        shutil.copytree(made.folder, case)
+    for name, count in made.bag.counts.items():
+        print(f"{count:6d}  {name}")
 
 
 def outputs_of(case: Path, topic: str) -> list[Any]:

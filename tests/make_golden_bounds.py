@@ -10,18 +10,15 @@ and a camera frame are stamped too early; halfway a model about another pose is 
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from golden_edits import Edit, Which, edited, redescribed, restamped, set_first, with_edits
+from golden_edits import Edit, Which, edited, redescribed, remake, restamped, set_first, with_edits
 
 from flexarm_bringup.bags.bag_copy import copy_bag
-from flexarm_bringup.bags.bag_reader import Bag, check_bag
-from flexarm_bringup.regress.making import Source, make_case
+from flexarm_bringup.bags.bag_reader import Bag
 from flexarm_bringup.regress.playing import MODEL, models
 from flexarm_model.conversions import floats, ns_to_stamp
 
@@ -61,16 +58,5 @@ def _about_another_pose(msg: Any) -> None:
     msg.header.stamp = ns_to_stamp(MODEL_NS)
 
 
-def main(case: Path = CASE) -> dict[str, int]:
-    """Make the case; return what its bag has by topic."""
-    with tempfile.TemporaryDirectory() as scratch:
-        bag = bad_bag(check_bag(RECORDED), Path(scratch) / "bad")
-        made = make_case(Path(scratch) / "case", Source(bag.path, ABOUT, until=DURATION, markers=("ros",)))
-        shutil.rmtree(case, ignore_errors=True)
-        shutil.copytree(made.folder, case)
-    return dict(made.bag.counts)
-
-
 if __name__ == "__main__":
-    for name, count in main().items():
-        print(f"{count:6d}  {name}")
+    remake(CASE, RECORDED, bad_bag, ABOUT, DURATION)

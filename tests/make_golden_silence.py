@@ -12,18 +12,26 @@ described so low that it binds. Recorded is what `single_link` is made of.
 
 from __future__ import annotations
 
-import shutil
-import tempfile
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from golden_edits import Edit, Which, edited, from_then_on, redescribed, restamped, set_first, with_edits
+from golden_edits import (
+    Edit,
+    Which,
+    edited,
+    from_then_on,
+    redescribed,
+    remake,
+    restamped,
+    set_first,
+    with_edits,
+)
 
 from flexarm_bringup.bags.bag_copy import copy_bag
-from flexarm_bringup.bags.bag_reader import Bag, Record, check_bag
-from flexarm_bringup.regress.making import Source, make_case
+from flexarm_bringup.bags.bag_reader import Bag, Record
 from flexarm_model.conversions import ns_to_stamp, stamp_to_ns
 
 FOLDER = Path(__file__).parent / "golden"
@@ -123,17 +131,5 @@ def _insert(records: list[Record], record: Record) -> None:
     records.insert(first, record)
 
 
-def main(case: Path = CASE) -> dict[str, int]:
-    """Make the case; return what its bag has by topic."""
-    with tempfile.TemporaryDirectory() as scratch:
-        bag = bad_bag(check_bag(RECORDED), Path(scratch) / "bad")
-        source = Source(bag.path, ABOUT, markers=("ros",))
-        made = make_case(Path(scratch) / "case", source)
-        shutil.rmtree(case, ignore_errors=True)
-        shutil.copytree(made.folder, case)
-    return dict(made.bag.counts)
-
-
 if __name__ == "__main__":
-    for name, count in main().items():
-        print(f"{count:6d}  {name}")
+    remake(CASE, RECORDED, bad_bag, ABOUT, math.inf)
