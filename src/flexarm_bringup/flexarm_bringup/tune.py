@@ -149,7 +149,7 @@ def build_page(path: Path, noise: Noise, tuned: Tuned, choices: Sequence[Judgeme
     items = [parameter_table(tuned.parameters), worth_table(choices), nis_table(choices)]
     checks = worth_checks(choices)
     worse = [f"nothing: {check.name} is {check.found}" for check in checks if not check.passed]
-    lines = [] if worse else yaml_lines(noise, tuned.noise)
+    lines = [] if worse else [*yaml_lines(noise, tuned.noise), *doubtful(tuned.parameters)]
     remarks: dict[str, Sequence[str]] = {
         "YAML to paste": lines or worse or ["nothing: the record does not tell anything better"]
     }
@@ -204,14 +204,8 @@ def worth_checks(choices: Sequence[Judgement]) -> list[Check]:
     before, after = choices
     old, new = before.held.value, after.held.value
     found = f"{new:.2f}, {old:.2f} before"
-    checks = [
-        Check(
-            "log-likelihood, second half (held out)",
-            "no less than before",
-            found,
-            bool(np.isfinite(new) and new >= old),
-        )
-    ]
+    kept = bool(np.isfinite(new) and new >= old)
+    checks = [Check("log-likelihood, second half (held out)", "no less than before", found, kept)]
     if before.tip is not None and after.tip is not None:
         found = f"{MICRO * after.tip:.2f} um RMS, {MICRO * before.tip:.2f} before"
         checks.append(Check("tip error", "no more than before", found, after.tip <= before.tip))
@@ -243,3 +237,12 @@ def yaml_lines(before: Noise, after: Noise) -> list[str]:
             sigma = ", ".join(f"{value:.3g}" for value in new.sigma)
             lines.append(f"sensors.{new.name}.sigma: {factor:.3g} times what it is: [{sigma}] in SI")
     return lines
+
+
+def doubtful(parameters: Sequence[Parameter]) -> list[str]:
+    """Return a comment for each value to paste of which the record tells the direction alone."""
+    return [
+        f"# {one.name}: the record {VERDICTS[one.verdict]} than {one.before:.3g}, not by how much"
+        for one in parameters
+        if one.verdict in ("less", "more")
+    ]

@@ -19,7 +19,7 @@ from flexarm_bringup.consistency.recording import open_recording, run_estimator
 from flexarm_bringup.consistency.search import DEAR
 from flexarm_bringup.consistency.tuning import Tuned, Tuner, curvature, spreads, told_by
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_bringup.tune import SETTLING, Judgement, build_page
+from flexarm_bringup.tune import SETTLING, Judgement, build_page, doubtful
 from flexarm_estimator.likelihood import Epoch, Likelihood
 from flexarm_estimator.measurement import Measurement
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -121,6 +121,12 @@ def test_a_setting_too_small_to_matter_is_not_put_back_where_the_record_refutes_
     tuned = tuner.tune(Noise(start, bench.config.sensors), np.inf)
     by_name = {parameter.name: parameter for parameter in tuned.parameters}
     assert by_name["modal_force"].verdict == "less"
+    (line,) = doubtful(tuned.parameters)
+    assert line == "# modal_force: the record tells only that it is less than 0.05, not by how much"
+    page = build_page(
+        Path("bag"), Noise(start, bench.config.sensors), tuned, 2 * [Judgement(*2 * [Likelihood(0.0)], None)]
+    )
+    assert line in page.data["yaml"]
     assert by_name["tip_accelerometer"].after ** 2 + by_name["modal_force"].after ** 2 == pytest.approx(
         truth, rel=3 * (2 / count) ** 0.5
     )
