@@ -110,7 +110,7 @@ class Estimator:
         self._gate.meet(fit, scan)
         touched = [first, *map(history.insert, fit), *map(history.insert_scan, [scan] if scan else [])]
         verdicts = self._compute(touched) + self._resolve()
-        self.health.note_verdicts(verdicts, self._t)
+        self._gate.note_return(self.health.note_verdicts(verdicts, self._t))
         if self._horizon is not None:
             self._horizon.settle(history.instants)
         now, is_ordinary = history.now, all([verdict.is_accepted for verdict in verdicts])

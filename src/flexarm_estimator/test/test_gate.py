@@ -6,6 +6,7 @@ import pytest
 from planar_strip import ENCODER
 
 from flexarm_estimator.judging.gate import Gate
+from flexarm_estimator.judging.sample_judge import FAR
 from flexarm_estimator.judging.short_term import HELD, SHIFT
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
@@ -161,6 +162,19 @@ def test_a_jump_of_a_few_sigmas_may_be_the_arms_when_another_mean_leaves_zero():
     assert gate._past["encoder"].mean.score >= 3.3
     assert [say(gate, "strain", t + 0.005 * k, 11.5) for k in (1, 2)] == [HELD, HELD]
     assert say(gate, "strain", t + 0.015, 11.5) not in (HELD, SHIFT)
+
+
+@pytest.mark.parametrize(("later", "reasons"), [(0.005, [HELD, HELD, FAR]), (0.2, [HELD, HELD, SHIFT])])
+def test_a_jump_while_the_state_settles_is_not_the_gauges(later, reasons):
+    """Encoders that had been silent moved the state, and a gauge that said the same as ever had shifted."""
+    rng, t = np.random.default_rng(2), 0.0
+    gate = Gate({"strain": [1.0], "encoder": [1.0]}, CONFIG)
+    while t < 1.0:
+        t += 0.005
+        assert not say(gate, "strain", t, 0.3 * rng.normal())
+    gate.note_return(t)
+    gate.note_return(-np.inf)  # nobody has since
+    assert [say(gate, "strain", t + later + 0.005 * k, 11.5) for k in range(3)] == reasons
 
 
 def test_a_held_sample_that_has_become_too_old_is_let_go_nowhere():

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.filter import normalised_square
 from flexarm_estimator.judging.chi_square import agreement_bound, chi_square_bound
+from flexarm_estimator.judging.common_surprise import is_common
 from flexarm_estimator.judging.meetings import Meetings
 from flexarm_estimator.judging.ordinary import load_ordinary
 from flexarm_estimator.judging.sample_judge import FAR, Verdict
@@ -29,10 +30,9 @@ from flexarm_estimator.steps.joint_step import PreparedStep
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
-_ALSO = 3.0  # score of another mean that makes a shift doubtful
-_OF_MEAN, _OF_JUMP = 0.9, 0.25  # and its least share of the own score, and of the size of the own jump
 _SHORTEST = 1e-3  # s
 _KEPT = 9  # doubts in a row, at least
+_SETTLING = 0.1  # s in which a state that a sensor has led back agrees with the others again
 _TOGETHER = 2  # refusals in a row of several sensors at once that make the state doubtful
 
 
@@ -81,6 +81,7 @@ class Gate:
         self._new = Meetings(self._past, self._code)
         self._released, self._dropped = list[Measurement](), list[Verdict]()
         self.doubts: list[set[str]] = []
+        self._settled = -math.inf
         self.calm()
 
     def retune(self, specs: Iterable[SensorSpec]) -> None:
@@ -155,7 +156,8 @@ class Gate:
             past, run = self._past[sensor], met[1]
             reason, since = past.doubt(run, nu, z), run.since
             if reason in (HELD, SHIFT):
-                if self.is_upset(t) or self._is_common(sensor, reason):
+                is_settling = reason == SHIFT and t < self._settled
+                if is_settling or self.is_upset(t) or is_common(sensor, reason, self._past):
                     reason = ""
                 elif reason == SHIFT:
                     since = past.mean.onset
@@ -200,6 +202,13 @@ class Gate:
         dropped, self._released, self._dropped = self._dropped, [], []
         return released, dropped
 
+    def note_return(self, t: float) -> None:
+        """Remember that a sensor that was silent has been fused at ``t`` [s].
+
+        It moves a state that has drifted: what surprises the others then is no fault of theirs.
+        """
+        self._settled = max(self._settled, t + _SETTLING)
+
     def note_reopening(self, verdicts: Iterable[Verdict], t: float) -> tuple[set[str], float]:
         """Remember that the covariance was widened at ``t``; that does not help twice in a row.
 
@@ -229,16 +238,6 @@ class Gate:
         self._threshold = {name: chi_square_bound(len(sigma), gate) for name, sigma in sigmas.items()}
         self._agreement = {name: agreement_bound(len(sigma), gate) for name, sigma in sigmas.items()}
         self._sigmas = sigmas
-
-    def _is_common(self, sensor: str, reason: str) -> bool:
-        """Return whether others are surprised, too: then something did happen to the arm."""
-        own = self._past[sensor]
-        others = [past for name, past in self._past.items() if name != sensor]
-        at, size = own.surprise
-        if any(abs(past.surprise[0] - at) <= SAME_INSTANT for past in others):
-            return True
-        least = max(_ALSO, _OF_MEAN * own.mean.score, _OF_JUMP * size)
-        return reason == SHIFT and any(past.mean.score > least for past in others)
 
     def _find_doubters(self, verdicts: Iterable[Verdict]) -> set[str]:
         """Return who makes the state doubtful; soon after a doubt several that refuse at once do."""

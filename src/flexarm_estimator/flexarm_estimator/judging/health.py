@@ -97,8 +97,13 @@ class Health:
         """Count a covariance that was refused; its sample is used with that of the description."""
         self.refusals.note(sensor, reason)
 
-    def note_verdicts(self, verdicts: Iterable[Verdict], now: float) -> None:
-        """Count what the gate said by ``now`` [s]."""
+    def note_verdicts(self, verdicts: Iterable[Verdict], now: float) -> float:
+        """Count what the gate said by ``now`` [s].
+
+        Returns:
+            The stamp of a sample that ended a silence of its sensor [s]; -inf where none did.
+        """
+        returned = -math.inf
         for verdict in verdicts:
             sensor, t, is_accepted, innovation, normalised, reason, _ = verdict
             record = self._records[sensor]
@@ -108,11 +113,14 @@ class Health:
                 record.accepted += 1
                 record.refused_in_a_row, record.reason = 0, ""
                 if t > record.newest_accepted:
+                    if t > record.newest_accepted + record.time_out:
+                        returned = t
                     record.newest_accepted = t
                 if t < record.first_accepted:
                     record.first_accepted = t
             elif reason != HELD:
                 record.refuse(reason)
+        return returned
 
     def switch(self, sensor: str, is_off: bool) -> None:
         """Switch a sensor off or on by hand.
