@@ -85,6 +85,13 @@ def test_eleven_megabytes_are_a_leak_and_nine_are_none() -> None:
     assert missed(outcome(lives=[life(11.0 * per_minute)])) == ["memory of rig grows"]
 
 
+@pytest.mark.parametrize(("per_minute", "found"), [(0.3, []), (0.7, ["memory of rig grows"])])
+def test_a_leak_that_kills_cut_short_is_found(per_minute: float, found: list[str]) -> None:
+    """0.7 MB a minute are 20 MB in half an hour; no life of a process that is killed saw ten of them."""
+    lives = [life(per_minute, seconds) for seconds in (300.0, 700.0, 500.0, 300.0)]
+    assert missed(outcome(lives=lives, seconds=1800.0)) == found
+
+
 def test_one_late_guard_cycle_no_move_and_an_early_end_are_missed_bounds() -> None:
     assert missed(outcome(late=grown(1))) == missed(outcome(cycles=0)) == ["guard cycles that were late"]
     assert missed(outcome(counts={})) == ["moves done"]

@@ -1,7 +1,9 @@
 """Health of the estimator's loop: does it keep time, and do the sensors say what it predicts?
 
-Of every sensor the root of the mean NIS per channel over the last second is judged: 1 when noise and model
-are as described, above where either is worse. Sensors that come too late to be used are told all the time.
+Of every sensor the root of the mean NIS per channel over the last second is judged: above 1 where noise or
+model is worse than described. A sensor whose noise is little beside what the filter does not know of the
+motion has far less (accelerometers of the single link 0.2, of the 3RRR 0.04) and may become many times
+noisier before it is told. Sensors that come too late to be used are told all the time.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """Memory of processes over a run: resident set by process, and how much it has grown.
 
 Growth is the mean of the last ``END`` seconds minus that of the first ``END`` seconds after the warm-up, of
-one life of a process; a process that was killed starts a new life. The slope is that of a straight line
-through everything after the warm-up (least squares).
+one life of a process; a process that was killed starts a new life. A leak that kills cut short is judged by
+what the longest life would have grown by if it had lasted as long as the run. The slope is that of a straight
+line through everything after the warm-up (least squares).
 """
 
 from __future__ import annotations
@@ -42,6 +43,14 @@ class Life:
             return None
         first = (t >= t[0] + warm_up) & (t < t[0] + warm_up + END)
         return float(rss[t > t[-1] - END].mean() - rss[first].mean())
+
+    def growth_over(self, seconds: float, warm_up: float) -> float | None:
+        """Return what it would have grown by at its rate in ``seconds`` [MB]; None for a life too short."""
+        growth = self.growth(warm_up)
+        if growth is None:
+            return None
+        judged = self.t[-1] - self.t[0] - warm_up - END
+        return growth * max((seconds - warm_up - END) / judged, 1.0)
 
     def slope(self, warm_up: float) -> float | None:
         """Return how fast it grows [MB/min]; None for a life too short to tell."""
