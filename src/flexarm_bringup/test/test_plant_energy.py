@@ -17,6 +17,7 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_model.manipulator.description import Joint, ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
 
 SECONDS = 10.0
 TWO_LINK = Path(__file__).resolve().parents[3] / "docs" / "two_link.yaml"
@@ -120,6 +121,26 @@ def test_an_open_arm_that_turns_fast_keeps_its_energy_to_second_order(share: flo
 def test_a_loop_of_rigid_bodies_is_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sim", str(RIGID_LOOP), "--nominal"]) == 2
     assert "'rigid_four_bar': a loop without any elastic mode" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("served", [0, 1, 9])
+def test_a_mode_of_the_rig_rings_alike_whatever_is_served(served: int) -> None:
+    """With one mode of 1.6 Hz served, the rig made one step of a period: 55 Hz were 44 Hz."""
+    config = replace(without_losses(load_config(find_manipulator("planar_3rrr"))), modes=served)
+    plant = Plant(config, 1.0 / config.rate_hz)
+    model = linearize(plant.tree, modes=12)
+    n = plant.theta.size
+    for k in (8, 11):
+        shape = model.Phi[:, n + k]
+        plant.reset()
+        plant.v = 1e-3 * shape
+        seen = []
+        for _ in range(400):
+            plant.servo(np.zeros(n))
+            seen.append(shape @ plant.tree.mass_matrix(plant.q) @ plant.v)
+        power = abs(np.fft.rfft(np.array(seen) * np.hanning(400), 1 << 15))
+        found = 2.0 * np.pi * power.argmax() / (1 << 15) * config.rate_hz
+        assert found == pytest.approx(model.omega[k], rel=0.1)
 
 
 def test_both_integrators_move_an_arm_alike() -> None:

@@ -15,7 +15,7 @@ from flexarm_bringup.sim_run.study import run_sim_job, sim_jobs
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task_check import check_against_arm
-from flexarm_bringup.tasks.task_for import SETTINGS, task_for, tour
+from flexarm_bringup.tasks.task_for import LEARNED, SETTINGS, task_for, tour
 from flexarm_bringup.tasks.task_moves import ByAxes, ToPose
 from flexarm_controller.limits import limits_of
 from flexarm_model.manipulator.description import Joint, ManipulatorConfig
@@ -111,7 +111,23 @@ def test_the_moves_file_of_the_page_has_the_settings_of_the_tour(tmp_path: Path)
     told = {name: values for name, values in task_for(str(path)).settings.items() if values}
     tour_of_it = task_for(str(FLAT)).settings
     assert told == {**tour_of_it, "schedule": {"angle": SETTINGS["schedule"]["angle"]}}
-    assert tour_of_it["estimator"].keys() - SETTINGS["estimator"].keys() == {"acceleration_error"}
+    known = SETTINGS["estimator"].keys() | LEARNED["estimator"].keys()
+    assert tour_of_it["estimator"].keys() - known == {"acceleration_error"}
+
+
+def test_how_soft_an_arm_is_is_learned_where_a_sensor_feels_it_bend(tmp_path: Path) -> None:
+    """With encoders and a camera alone 35 % less stiffness was learned of their noise, and the state lost."""
+    felt = task_for(str(FLAT))
+    blind = re.sub(
+        r"\n  (upper_strain|forearm_strain|tip_accelerometer):.*", "", FLAT.read_text(encoding="utf-8")
+    )
+    path = tmp_path / "blind.yaml"
+    path.write_text(blind, encoding="utf-8")
+    unfelt = task_for(str(path))
+    assert felt.settings["estimator"]["stiffness_modes"] > 0 and "stiffness_step" in felt.settings["mpc"]
+    assert "stiffness_modes" not in unfelt.settings["estimator"]
+    assert "stiffness_step" not in unfelt.settings["mpc"]
+    assert "how soft it is is not" in unfelt.assumed[1]
 
 
 def test_an_arm_that_hangs_learns_by_which_share_it_hangs_lower() -> None:

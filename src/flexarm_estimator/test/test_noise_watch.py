@@ -54,6 +54,15 @@ def test_innovations_that_a_wrong_model_makes_are_not_taken_for_noise():
     assert not [finding for view in views(z[:, None]) for finding in watch.look(view)]
 
 
+def test_innovations_too_large_to_be_squared_raise_nothing():
+    """An arm that had gone unstable ended the estimator: OverflowError of a power of a float."""
+    signs = np.resize([1.0, -1.0], 600)[:, None]
+    watch = NoiseWatch([SPEC[1]])
+    with np.errstate(over="ignore"):
+        records = list(views(np.vstack([10.0 * signs[:200], 1e200 * signs])))
+    assert all(finding.sensor == "a" for view in records for finding in watch.look(view))
+
+
 @pytest.mark.parametrize("factor", [1.0, 3.0])
 def test_noise_of_three_times_its_sigma_is_told_within_a_second_and_taken_back(factor):
     record = simulate(500, np.random.default_rng(1), camera_every=7)

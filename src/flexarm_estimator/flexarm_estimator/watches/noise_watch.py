@@ -52,8 +52,9 @@ class _Window:
     def examine(self, values: list[float]) -> None:
         """Take an innovation in sigmas."""
         for value, before in zip(values, self.last, strict=False):
+            step = value - before
             self.level += value * value
-            self.change += 0.5 * (value - before) ** 2
+            self.change += 0.5 * step * step  # a product overflows to inf, a power of a float raises
         self.last = values
 
     @property
