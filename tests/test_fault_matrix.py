@@ -106,7 +106,14 @@ def test_rows_are_chosen_by_numbers_and_ranges(text: str | None, rows: tuple[int
 
 
 @pytest.mark.parametrize(
-    ("text", "words"), [("99", "there are 1, 2"), ("1-", "'1-' is neither"), ("x", "'x'")]
+    ("text", "words"),
+    [
+        ("99", "there are 1, 2"),
+        ("1-", "'1-' is neither"),
+        ("x", "'x'"),
+        ("²", "^--rows '²': '²' is neither a number nor a range such as 1-5$"),
+        ("1-²", "^--rows '1-²': '1-²' is neither a number nor a range such as 1-5$"),
+    ],
 )
 def test_rows_that_do_not_exist_are_refused(text: str, words: str) -> None:
     with pytest.raises(ValueError, match=words):

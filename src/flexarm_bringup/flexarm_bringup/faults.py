@@ -101,7 +101,7 @@ def chosen_rows(text: str | None, families: Sequence[str] = tuple(FAMILIES)) -> 
     wanted: set[int] = set()
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
-        if not first.isdigit() or (dash and not last.isdigit()):
+        if not first.isdecimal() or (dash and not last.isdecimal()):  # "²" is a digit, and no number
             raise ValueError(f"--rows '{text}': '{part}' is neither a number nor a range such as 1-5")
         if int(last or first) < int(first):
             raise ValueError(f"--rows '{text}': '{part}' ends before it begins")
