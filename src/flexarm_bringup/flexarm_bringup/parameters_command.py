@@ -3,6 +3,7 @@
   flexarm parameters estimator                         one node's, as a table
   flexarm parameters --arm planar_3rrr > arm.yaml      what was chosen for an arm, for
                                                        ros2 run ... --ros-args --params-file arm.yaml
+  flexarm parameters guard --arm planar_3rrr           of that file only what one node gets
 
 Without NODE all of them as the Markdown page docs/parameters.md, which a test compares with this output.
 With NODE only that node's, as a table for the terminal. Both come from the settings classes that the nodes
@@ -53,7 +54,7 @@ at the start with the name, the value and what is allowed.
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("node", nargs="?", choices=sorted(NODES), help="only this node's, for the terminal")
+    parser.add_argument("node", nargs="?", choices=sorted(NODES), help="only this node's")
     parser.add_argument(
         "--arm", metavar="NAME", help="the parameter file of an arm: its name, or a YAML file"
     )
@@ -66,15 +67,20 @@ def run(args: argparse.Namespace) -> int:
         print("\n".join(_lines(args.node)) if args.node else page(), end="\n" if args.node else "")
         return 0
     try:
-        print(parameter_file(args.arm, args.preset), end="")
+        print(parameter_file(args.arm, args.preset, args.node), end="")
     except ConfigError as error:
         print(f"flexarm parameters: {error}", file=sys.stderr)
         return UNUSABLE
     return 0
 
 
-def parameter_file(arm: str | None, preset: str | None) -> str:
+def parameter_file(arm: str | None, preset: str | None, only: str | None = None) -> str:
     """Return the parameter file of an arm: what was chosen for it, and nothing that is a default.
+
+    Args:
+        arm: Name or YAML file.
+        preset: Of it; None: the first that its moves are for.
+        only: Node whose part is wanted; None: all.
 
     Raises:
         ConfigError: There is no such arm or preset.
@@ -87,7 +93,8 @@ def parameter_file(arm: str | None, preset: str | None) -> str:
         shared["manipulator"] = str(Path(shared["manipulator"]).resolve())
     chosen = {row.name: row.parameters for row in graph} | {"drift": drift_settings(arm, preset)}
     nodes = {}
-    for node in NODES:  # those too for which nothing was chosen: alone they are of another arm
+    wanted = [only] if only else NODES  # also where nothing was chosen: alone it is of another arm
+    for node in wanted:
         values = {name: value for name, value in chosen.get(node, {}).items() if name not in OF_A_RUN}
         nodes[f"{NAMESPACE}/{node}"] = {"ros__parameters": shared | values | shared}
     return yaml.safe_dump(nodes, sort_keys=False)

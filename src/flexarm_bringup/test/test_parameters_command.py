@@ -53,3 +53,11 @@ def test_the_file_of_an_arm_of_ones_own_works_from_any_folder(tmp_path, monkeypa
 def test_the_file_of_a_shipped_arm_has_its_name(capsys):
     assert cli.main(["parameters", "--arm", "planar_3rrr"]) == 0
     assert "manipulator: planar_3rrr\n" in capsys.readouterr().out
+
+
+def test_of_the_file_of_an_arm_one_nodes_part_can_be_had(capsys):
+    """The node was read and all were printed."""
+    assert cli.main(["parameters", "--arm", "planar_3rrr"]) == 0
+    whole = yaml.safe_load(capsys.readouterr().out)
+    assert cli.main(["parameters", "guard", "--arm", "planar_3rrr"]) == 0
+    assert yaml.safe_load(capsys.readouterr().out) == {"/flexarm/guard": whole["/flexarm/guard"]}
