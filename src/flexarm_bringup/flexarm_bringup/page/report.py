@@ -29,10 +29,14 @@ MISSING = "–"
 
 @dataclass(frozen=True)
 class Column:
-    """Heading and format of a column; numbers are printed with ``format``, text as it is."""
+    """Heading and format of a column; numbers are printed with ``format``, text as it is.
+
+    Where ``is_exact`` holds, whole numbers are printed with all their digits.
+    """
 
     title: str
     format: str = ""
+    is_exact: bool = False
 
     def text(self, cell: Cell) -> str:
         """Return how a cell is printed."""
@@ -42,6 +46,8 @@ class Column:
             return "yes" if cell else "no"
         if isinstance(cell, str):
             return cell
+        if self.is_exact and isinstance(cell, int):
+            return str(cell)
         return format(cell, self.format) if math.isfinite(cell) else {math.inf: "never"}.get(cell, str(cell))
 
     @property

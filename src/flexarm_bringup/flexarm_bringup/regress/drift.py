@@ -1,4 +1,7 @@
-"""What moved between two bags: the largest change of every field, beside its tolerance."""
+"""What moved between two bags: the largest change of every field, beside its tolerance.
+
+Integers are told exactly: a double has 53 bits, a session token 64.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.bags.bag_reader import Bag, decode
 from flexarm_bringup.replaying.compare import Fit, Tolerance, grouped
 
-Array = NDArray[np.float64]
+Numbers = NDArray[np.float64] | NDArray[np.object_]  # the latter of integers of any size
 
 
 @dataclass(frozen=True)
@@ -22,8 +25,9 @@ class Moved:
     Attributes:
         topic: Absolute topic.
         field: Without indices, "sensors.innovation".
-        change: Largest |found - expected|, in the field's SI unit; NaN where it is no number.
-        size: Largest |expected|.
+        change: Largest |found - expected|, in the field's SI unit, whole of whole numbers; NaN where it is
+            no number.
+        size: Largest |expected|, whole of whole numbers.
         ratio: Largest change in tolerances [1]; infinite where none is allowed.
         stamp_ns: Where that is [ns].
         messages: How many messages have a change in it [1].
@@ -31,8 +35,8 @@ class Moved:
 
     topic: str
     field: str
-    change: float
-    size: float
+    change: int | float
+    size: int | float
     ratio: float
     stamp_ns: int
     messages: int
@@ -85,17 +89,35 @@ def _changes(topic: str, stamp_ns: int, a: Any, b: Any, fit: Fit) -> Iterator[Mo
         )
         if change.size and change.max() > 0.0:
             with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = float(np.nan_to_num(change / allowed, nan=0.0, posinf=np.inf).max())
-            size = float(np.nan_to_num(abs(np.asarray(one, float))).max())
-            yield Moved(topic, path, float(change.max()), size, ratio, stamp_ns, 1)
+                ratios = change.astype(float) / allowed
+            ratio = float(np.nan_to_num(ratios, nan=0.0, posinf=np.inf).max())
+            yield Moved(topic, path, change.max(), _size(one), ratio, stamp_ns, 1)
 
 
-def _difference(one: Any, other: Any) -> Array:
-    """Return |other - one|, infinite where only one of them is a number."""
+def _difference(one: Any, other: Any) -> Numbers:
+    """Return |other - one|, exact of integers, infinite where only one of them is a number."""
+    if _is_whole(one) and _is_whole(other):
+        return np.asarray(abs(_exact(other) - _exact(one)))
     a, b = np.asarray(one, float), np.asarray(other, float)
     with np.errstate(invalid="ignore"):
         change = np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, abs(b - a))
     return np.asarray(np.nan_to_num(change, nan=np.inf, posinf=np.inf))
+
+
+def _size(value: Any) -> int | float:
+    """Return the largest absolute value of a field, exact of integers."""
+    if _is_whole(value):
+        return int(abs(_exact(value)).max())
+    return float(np.nan_to_num(abs(np.asarray(value, float))).max())
+
+
+def _exact(value: Any) -> NDArray[np.object_]:
+    """Return integers, (k,), as those of Python: no difference is too large for them."""
+    return np.atleast_1d(value).astype(object)
+
+
+def _is_whole(value: Any) -> bool:
+    return np.asarray(value).dtype.kind in "biu"
 
 
 def _is_number(value: Any) -> bool:
@@ -108,9 +130,14 @@ def _larger(one: Moved, other: Moved) -> Moved:
     return Moved(
         one.topic,
         one.field,
-        float(np.nanmax([one.change, other.change])) if one.change == one.change else other.change,
-        float(np.nanmax([one.size, other.size])) if one.size == one.size else other.size,
+        _most(one.change, other.change),
+        _most(one.size, other.size),
         max(one.ratio, other.ratio),
         worse.stamp_ns,
         one.messages + other.messages,
     )
+
+
+def _most(one: int | float, other: int | float) -> int | float:
+    """Return the larger of two numbers, as it is; NaN only where both are."""
+    return other if one != one or other > one else one

@@ -62,8 +62,8 @@ def moved_table(name: str, moved: Sequence[Moved], most: int | None = None) -> T
     columns = [
         Column("topic"),
         Column("field"),
-        Column("largest change", ".3g"),
-        Column("largest value", ".3g"),
+        Column("largest change", ".3g", is_exact=True),
+        Column("largest value", ".3g", is_exact=True),
         Column("change / tolerance", ".3g"),
         Column("at [s]"),
         Column("messages", "d"),
