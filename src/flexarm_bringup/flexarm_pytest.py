@@ -74,6 +74,34 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", f"{MARK}: a recorded bag played again and compared (flexarm)")
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Have the folder of a case looked into whatever it is called; one that is left out stays out.
+
+    pytest skips folders by their names (norecursedirs): build, dist, venv, .hidden and others. It is asked
+    again without these; what --ignore and collect_ignore say, it still obeys.
+    """
+    if not _is_case(collection_path):
+        return None
+    main: Any = config.pluginmanager.get_plugin("main")
+    return bool(main.pytest_ignore_collect(collection_path, _WithoutNames(config)))
+
+
+class _WithoutNames:
+    """The configuration of a pytest that skips no folder for its name."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        """Take all else from a configuration."""
+        self._config = config
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what the configuration has."""
+        return getattr(self._config, name)
+
+    def getini(self, name: str) -> Any:
+        """Return a setting of its file."""
+        return [] if name == "norecursedirs" else self._config.getini(name)
+
+
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
     """Collect an ``expect.yaml`` of flexarm, also where it is gone; leave those of others alone."""
     if file_path.name == METADATA and (expect := _gone_expectations(file_path)) is not None:
@@ -95,6 +123,14 @@ def is_ours(expect: Path) -> bool:
         return FORMAT in expect.read_text(encoding="utf8", errors="replace")
     except OSError:
         return True
+
+
+def _is_case(folder: Path) -> bool:
+    """Return whether a folder is that of a case, also of one whose ``expect.yaml`` is gone."""
+    expect = folder / EXPECT_FILE
+    if os.path.lexists(expect):
+        return is_ours(expect)
+    return all(os.path.isdir(folder / name) for name in BAGS)
 
 
 def _gone_expectations(metadata: Path) -> Path | None:

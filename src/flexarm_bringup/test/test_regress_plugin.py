@@ -65,6 +65,36 @@ def test_a_case_whose_expectations_are_gone_is_a_test_that_fails(folder: pytest.
     found.stdout.fnmatch_lines(["*case/expect.yaml*"])
 
 
+SKIPPED = ("build", "dist", "venv", "node_modules", "CVS", "_darcs", "{arch}", "some.egg", ".hidden")
+
+
+def test_a_case_is_collected_whatever_its_folder_is_called(folder: pytest.Pytester) -> None:
+    """Folders that pytest does not look into for their names vanished, and the others passed."""
+    for name in (*SKIPPED, "gone/build"):
+        write_bag(folder.path / "cases" / name / "bag")
+        folder.path.joinpath("cases", name, "expect.yaml").write_text(EXPECT)
+    folder.path.joinpath("cases", "gone", "build", "expect.yaml").unlink()
+    write_bag(folder.path / "cases" / "gone" / "build" / "golden")
+    assert collected(folder, "cases") == {*SKIPPED, "gone/build"}
+
+
+def test_folders_without_a_case_and_those_left_out_are_not_looked_into(folder: pytest.Pytester) -> None:
+    for name in SKIPPED:
+        case = folder.mkdir(name)
+        (case / "expect.yaml").write_text("format: theirs\n" if name == "build" else EXPECT)
+    folder.makeconftest("collect_ignore = ['dist']\ncollect_ignore_glob = ['*.egg']\n")
+    folder.path.joinpath("venv", "pyvenv.cfg").write_text("")
+    found = collected(folder, "--ignore=CVS", "--ignore-glob=.hid*")
+    assert found == {"node_modules", "_darcs", "{arch}"}
+
+
+def collected(folder: pytest.Pytester, *options: str) -> set[str]:
+    """Return the folders in which a pytest of its own finds cases, relative to the first argument."""
+    found = folder.runpytest_inprocess(*PLUGIN, "--collect-only", "-q", *options)
+    lines = [line.partition("::")[0] for line in found.outlines if "expect.yaml::" in line]
+    return {line.removeprefix("cases/").removesuffix("/expect.yaml") for line in lines}
+
+
 def test_the_plugin_brings_neither_the_package_nor_numpy_nor_ros() -> None:
     code = (
         "import os, sys; before = dict(os.environ); import flexarm_pytest; assert dict(os.environ) == before;"
