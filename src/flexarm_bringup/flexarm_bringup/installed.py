@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 INDEX = "share/ament_index/resource_index/packages"
+MIDDLEWARES = "share/ament_index/resource_index/rmw_typesupport"
+CHOOSER = "rmw_implementation"  # is in that index and chooses one of the others
 
 
 def find_package(name: str, environment: Mapping[str, str] = os.environ) -> Path | None:
@@ -31,6 +33,13 @@ def find_executable(package: str, executable: str, environment: Mapping[str, str
     if not path.is_file():
         raise FileNotFoundError(f"package {package} has no executable {executable} ({path})")
     return path
+
+
+def middlewares(environment: Mapping[str, str] = os.environ) -> list[str]:
+    """Return the names of the middlewares that are installed, where rmw_implementation looks for them."""
+    folders = (prefix / MIDDLEWARES for prefix in _prefixes(environment))
+    found = {entry.name for folder in folders if folder.is_dir() for entry in folder.iterdir()}
+    return sorted(found - {CHOOSER})
 
 
 def _prefixes(environment: Mapping[str, str]) -> list[Path]:

@@ -81,17 +81,6 @@ def test_to_ask_for_a_priority_leaves_the_process_without() -> None:
     assert os.sched_getscheduler(0) == before
 
 
-def test_security_without_keys_or_not_enforced_is_a_fault(tmp_path: Path) -> None:
-    on = {"ROS_SECURITY_ENABLE": "true"}
-    keys = {"ROS_SECURITY_KEYSTORE": str(tmp_path)}
-    assert of("security", installation(**on)).verdict == "FAULT"
-    assert of("security", installation(**on, **keys, ROS_SECURITY_STRATEGY="Permissive")).verdict == "FAULT"
-    found = of("security", installation(**on, **keys, ROS_SECURITY_STRATEGY="Enforce"))
-    assert (found.verdict, "create_enclave" in found.cure) == ("FAULT", True)
-    (tmp_path / "enclaves" / "flexarm" / "tools").mkdir(parents=True)
-    assert of("security", installation(**on, **keys, ROS_SECURITY_STRATEGY="Enforce")).verdict == "ok"
-
-
 def test_threads_compiler_and_room_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OMP_NUM_THREADS", "8")
     monkeypatch.setattr(machine, "find_compiler", lambda: None)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from flexarm_bringup.cli import main
+from flexarm_bringup.doctor.keys import KEYS, SIGNED
 from flexarm_bringup.processes.composition import composed
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.secured import check_graph_security
@@ -95,6 +96,9 @@ def test_the_doctor_tells_it_as_one_fault_and_goes_on(
     asked = {"ENABLE alone": {"ROS_SECURITY_ENABLE": "true"}, "no keys": ENFORCED}.get(
         case, keystore(tmp_path)
     )
+    for enclave in (tmp_path / "enclaves" / "flexarm").glob("*"):
+        for name in (*(f"{key}.pem" for key in KEYS), *SIGNED):
+            (enclave / name).write_text("")
     done = run("doctor --json -", ros_environment | asked)
     found = json.loads(done.stdout)
     faults = [item for item in found if item["subject"] == "security" and item["verdict"] == "FAULT"]

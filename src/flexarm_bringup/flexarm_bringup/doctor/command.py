@@ -4,6 +4,9 @@
   flexarm doctor --offline   without listening to the graph
   flexarm doctor --json -    the same for programs
 
+Of the installation: executables, folders for log files and compiled code, middleware and its profiles,
+domain, discovery (range, peers, ROS_LOCALHOST_ONLY), security (settings, keys of every enclave, libraries).
+
 Exit codes: 0 all is well or there are only hints, 1 something does not work.
 """
 
@@ -11,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import subprocess
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
@@ -18,11 +22,13 @@ from pathlib import Path
 
 from flexarm_bringup.arguments import STDOUT, folder, output_file
 from flexarm_bringup.doctor.finding import Finding
-from flexarm_bringup.doctor.installation import look_at_installation, look_at_security
+from flexarm_bringup.doctor.installation import look_at_installation
 from flexarm_bringup.doctor.machine import look_at_machine
 from flexarm_bringup.doctor.shared_memory import look_at_shared_memory
 from flexarm_bringup.processes.surroundings import has_domain
-from flexarm_model.process.security import SecurityError
+
+NEEDED = ("middleware", "security")  # rcl or we refuse to listen where one has a fault
+GRAPH = "flexarm_bringup.doctor.graph_node"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,14 +60,23 @@ def run(args: argparse.Namespace) -> int:
 def _look(args: argparse.Namespace) -> Iterator[Finding]:
     yield from look_at_machine(args.folder)
     yield from look_at_shared_memory()
-    yield from look_at_installation()
-    if not args.offline and has_domain() and not look_at_security().cure:  # else told with the installation
-        from flexarm_bringup.doctor.graph_node import look_at_graph
+    is_unheard = args.offline or not has_domain()
+    for item in look_at_installation():
+        is_unheard |= item.verdict == "FAULT" and item.subject in NEEDED
+        yield item
+    if not is_unheard:
+        yield from _look_at_graph()
 
-        try:
-            yield from look_at_graph()
-        except SecurityError as error:
-            yield Finding("FAULT", "security", f"the graph is not listened to: {error}")
+
+def _look_at_graph() -> Iterator[Finding]:
+    """Yield what a process of its own hears: rcl ends one as it likes, and with it what was found so far."""
+    command = [sys.executable, "-m", GRAPH]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        last = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
+        yield Finding("FAULT", "graph", f"cannot be listened to: {last}", "what ROS says is what to mend")
+        return
+    yield from (Finding(**item) for item in json.loads(done.stdout))
 
 
 def _told(findings: Iterable[Finding], is_quiet: bool) -> Iterator[Finding]:

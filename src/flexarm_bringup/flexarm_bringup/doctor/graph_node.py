@@ -1,10 +1,16 @@
-"""The running graph: nodes, doubles, qualities of service that do not fit, models that differ."""
+"""The running graph: nodes, doubles, qualities of service that do not fit, models that differ.
+
+As a process it prints the findings, as JSON.
+"""
 
 from __future__ import annotations
 
+import json
+import sys
 import time
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState, ReducedModel
@@ -196,3 +202,7 @@ def _guard(heard: dict[str, Any]) -> Iterator[Finding]:
         yield Finding("ok", "guard", f"armed; {missed}")
     else:
         yield Finding("hint", "guard", f"not armed: {status.reason or 'stopped'}", "flexarm arm")
+
+
+if __name__ == "__main__":
+    json.dump([asdict(item) for item in look_at_graph()], sys.stdout)

@@ -17,10 +17,11 @@ from flexarm_model.reading.share import share_folders
 from flexarm_model.settings.strict_yaml import ConfigError
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
+PROFILE_VARIABLES = (PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE")
 LIFE = "FLEXARM_LIFE"  # read by that file
 LOGS = "ROS_LOG_DIR"
 _PLACES_OF_LOGS = (LOGS, "ROS_HOME", "HOME")  # that rcl knows
-_OWN = (PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "RMW_FASTRTPS_USE_QOS_FROM_XML")
+_OWN = (*PROFILE_VARIABLES, "RMW_FASTRTPS_USE_QOS_FROM_XML")
 
 
 def defaults(environment: Mapping[str, str] = os.environ) -> dict[str, str]:

@@ -27,6 +27,7 @@ from pathlib import Path
 
 from flexarm_model.process.start_watch import takes_long
 
+CACHE = "FLEXARM_CACHE"
 FLAGS = ("-O1", "-fPIC", "-shared", "-ffp-contract=off")  # -O3 takes minutes and gains little
 HEADER = Path(__file__).with_name("machine_code.h")  # what C files written by hand share
 LONG_SOURCE = 1_000_000  # bytes of C; from here on compiling takes seconds, and is announced
@@ -37,7 +38,7 @@ LOG = logging.getLogger("flexarm")
 
 def cache_folder() -> Path:
     """Return the folder of the compiled code."""
-    if chosen := os.environ.get("FLEXARM_CACHE"):
+    if chosen := os.environ.get(CACHE):
         return Path(chosen)
     if chosen := os.environ.get("XDG_CACHE_HOME"):
         return Path(chosen) / "flexarm"
