@@ -196,6 +196,36 @@ def test_children_see_this_machine_only_unless_told_otherwise(tmp_path: Path) ->
     assert Supervisor((), tmp_path, {name: "SUBNET"}).environment[name] == "SUBNET"
 
 
+@pytest.mark.parametrize(
+    ("environment", "interfaces"),
+    [
+        ({}, ["127.0.0.1"]),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, ["127.0.0.1"]),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, []),
+        ({"ROS_STATIC_PEERS": "10.0.0.2"}, []),
+    ],
+)
+def test_children_listen_to_this_machine_only_unless_others_are_wanted(
+    tmp_path: Path, environment: dict[str, str], interfaces: list[str]
+) -> None:
+    """A machine that named this one in its ROS_STATIC_PEERS found the rig."""
+    tree = ElementTree.parse(Supervisor((), tmp_path, environment).environment[PROFILES])
+    assert [item.text for item in tree.iterfind(".//{*}interfaceWhiteList/{*}address")] == interfaces
+    assert tree.findtext(".//{*}useBuiltinTransports") == ("false" if interfaces else None)
+
+
+def test_profiles_for_this_machine_alone_differ_in_their_transports_only(tmp_path: Path) -> None:
+    texts = []
+    for environment in ({}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}):
+        tree = ElementTree.parse(Supervisor((), tmp_path, environment).environment[PROFILES])
+        for parent in list(tree.iter()):
+            for child in list(parent):
+                if "ransport" in child.tag:
+                    parent.remove(child)
+        texts.append("".join(ElementTree.tostring(tree.getroot(), "unicode").split()))
+    assert texts[0] == texts[1]
+
+
 def test_children_keep_no_memory_of_messages_unless_the_user_has_profiles_of_his_own(tmp_path: Path) -> None:
     chosen = Supervisor((), tmp_path, {}).environment
     assert "DYNAMIC" in Path(chosen[PROFILES]).read_text() and chosen["RMW_FASTRTPS_USE_QOS_FROM_XML"] == "1"

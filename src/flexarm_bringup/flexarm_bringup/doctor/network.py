@@ -6,9 +6,9 @@ import os
 from collections.abc import Iterator, Mapping
 
 from flexarm_bringup.doctor.finding import Finding
+from flexarm_bringup.processes.surroundings import PEERS, RANGE
 from flexarm_model.process.ros_arguments import domain
 
-RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 RANGES = {
     "LOCALHOST": "this machine only",
     "SUBNET": "anybody on the net may see and command this rig",
@@ -16,7 +16,6 @@ RANGES = {
     "SYSTEM_DEFAULT": "settings of the middleware say who may see and command this rig",
 }
 WITHOUT_PEERS = ("OFF", "SYSTEM_DEFAULT")  # rmw_fastrtps 8.4, participant.cpp
-PEERS = "ROS_STATIC_PEERS"
 LOCAL = "ROS_LOCALHOST_ONLY"  # older than the range; rcl takes only "1" for yes
 DOMAINS = range(0, 102)  # those whose ports leave the ephemeral ones of Linux alone
 

@@ -22,6 +22,7 @@ from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.stand import Skipped
 from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand
 from flexarm_bringup.processes.supervisor import Supervisor
+from flexarm_bringup.processes.surroundings import PEERS, PROFILE_VARIABLES, RANGE
 from flexarm_model.process.executable import EXIT_CONFIGURATION
 from flexarm_model.process.security import ENABLE, ENFORCE, KEYSTORE, STRATEGY
 
@@ -75,27 +76,40 @@ def refusals(name: str, outcome: Outcome, is_made_up: bool = True, is_told: bool
 
 
 def from_another_host(stand: SystemStand) -> list[Finding]:
-    """Send forged commands from another host while the rig speaks on its own machine only."""
+    """Send forged commands from another host while the rig speaks on its own machine only.
+
+    The other host looks for it on the net, and then at the address that somebody has told it.
+    """
     reason = why_not()
     if reason:
         raise Skipped(reason)
     from flexarm_bringup.processes.running_graph_node import running
 
     forger = [sys.executable, "-m", "flexarm_bringup.fault_drill.forger_node", str(FROM_OUTSIDE)]
+    found = []
     with partition(os.getpid() % 256) as net, running(stand.graph(), TOPICS, stand.folder()) as (_, ear):
         _hold(stand, ear)
-        outside = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
         line = net.inside([*forger, *map(repr, _effort(stand))])
-        with subprocess.Popen(line, env=outside, stdout=subprocess.PIPE, text=True) as sent:
-            ear.wait(lambda: sent.poll() is not None, 2 * PATIENCE, "the other host")
-            said = sent.communicate()[0]
-        if sent.returncode:
-            raise RuntimeError(f"the forger on the other host ended with {sent.returncode}: {said.strip()}")
-        heard = sum(list(msg.effort) == _effort(stand) for msg in ear.heard["joint_commands"])
-        return [
-            Finding(f"from another host: it found '{said.strip()}', heard of {FROM_OUTSIDE}", heard, 0),
-            Finding("from another host: applied", _applied(stand, ear), 0),
-        ]
+        for who, peers in (("from another host", ""), ("from one that knows its address", net.address)):
+            said = _sent_from(line, {RANGE: "SUBNET", PEERS: peers}, ear)
+            heard = sum(list(msg.effort) == _effort(stand) for msg in ear.heard["joint_commands"])
+            found += [
+                Finding(f"{who}: found of its listeners", float(said.split()[0]), 0),
+                Finding(f"{who}: heard of {FROM_OUTSIDE}", heard, 0),
+                Finding(f"{who}: applied", _applied(stand, ear), 0),
+            ]
+    return found
+
+
+def _sent_from(line: list[str], changed: dict[str, str], ear: Ear) -> str:
+    """Let a forger on the other host say all it has to say; return what it found."""
+    own = {name: value for name, value in os.environ.items() if name not in PROFILE_VARIABLES}
+    with subprocess.Popen(line, env={**own, **changed}, stdout=subprocess.PIPE, text=True) as sent:
+        ear.wait(lambda: sent.poll() is not None, 2 * PATIENCE, "the other host")
+        said = sent.communicate()[0].strip()
+    if sent.returncode:
+        raise RuntimeError(f"the forger on the other host ended with {sent.returncode}: {said}")
+    return said
 
 
 def replays(stand: SystemStand) -> list[Finding]:

@@ -19,10 +19,11 @@ TROUBLE = 20.0  # s; "ip" takes milliseconds
 
 @dataclass(frozen=True)
 class Partition:
-    """A namespace and the near end of its cable."""
+    """A namespace, the near end of its cable, and the address there."""
 
     namespace: str
     cable: str
+    address: str
 
     def inside(self, command: Sequence[str]) -> list[str]:
         """Return the command line that runs ``command`` in the namespace."""
@@ -62,7 +63,7 @@ def partition(number: int) -> Iterator[Partition]:
         OSError: It cannot be made; says why.
     """
     here, there = f"fa{number}h", f"fa{number}t"
-    made = Partition(f"flexarm_{number}", here)
+    made = Partition(f"flexarm_{number}", here, NETWORK.format(number, 1).partition("/")[0])
     _ip("netns", "add", made.namespace)
     try:
         _ip("link", "add", here, "type", "veth", "peer", "name", there, "netns", made.namespace)

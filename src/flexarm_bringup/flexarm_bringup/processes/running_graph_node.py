@@ -19,7 +19,7 @@ from flexarm_bringup.message_class import message_class
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.spinning import MANY, spin_once
 from flexarm_bringup.processes.supervisor import Supervisor
-from flexarm_bringup.processes.surroundings import defaults
+from flexarm_bringup.processes.surroundings import HERE, RANGE, defaults
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_model.process.security import check_unsecured
 from flexarm_model.ros.node import LATCHED_QOS, events_executor
@@ -152,8 +152,8 @@ def running(
     """
     check_unsecured({**os.environ, **(extra or {})})
     with _own_domain() as domain:
-        own = {**defaults(), "ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-        own |= extra or {}
+        here = {"ROS_DOMAIN_ID": str(domain), RANGE: HERE, **(extra or {})}
+        own = {**defaults({**os.environ, **here}), **here}
         before = {key: os.environ.get(key) for key in own}
         os.environ.update(own)
         rclpy.init()

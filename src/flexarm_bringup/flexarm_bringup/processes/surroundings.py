@@ -1,8 +1,9 @@
 """Environment of nodes that are started together: where the user says nothing, this holds.
 
-They find each other on this machine only, BLAS has one thread, ROS has a folder for its logs where a service
-manager gives no home, and Fast DDS finds who starts again soon and
-keeps no memory of messages that are gone (``config/middleware/fastdds.xml``); profiles of the user's own win.
+They find each other on this machine only, and nobody else finds them: Fast DDS listens nowhere else
+(``config/middleware/fastdds_alone.xml``). It finds who starts again soon, and keeps no memory of messages
+that are gone (``fastdds.xml`` says how). BLAS has one thread; ROS has a folder for its logs where a service
+manager gives no home. Profiles of the user's own win.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from flexarm_model.settings.strict_yaml import ConfigError
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 PROFILE_VARIABLES = (PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE")
+RANGE, HERE, PEERS = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", "ROS_STATIC_PEERS"
 LIFE = "FLEXARM_LIFE"  # read by that file
 LOGS = "ROS_LOG_DIR"
 _PLACES_OF_LOGS = (LOGS, "ROS_HOME", "HOME")  # that rcl knows
@@ -26,10 +28,12 @@ _OWN = (*PROFILE_VARIABLES, "RMW_FASTRTPS_USE_QOS_FROM_XML")
 
 def defaults(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
     """Return variables for those that the user has not set; his own win."""
-    chosen = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "OMP_NUM_THREADS": "1"}
+    chosen = {RANGE: HERE, "OMP_NUM_THREADS": "1"}
     if not any(environment.get(name) for name in _PLACES_OF_LOGS):
         chosen[LOGS] = str(_home() / ".ros" / "log")
-    places = (folder / "config" / "middleware" / "fastdds.xml" for folder in share_folders("flexarm_bringup"))
+    is_alone = (environment.get(RANGE) or HERE) == HERE and not environment.get(PEERS)
+    name = "fastdds_alone.xml" if is_alone else "fastdds.xml"
+    places = (folder / "config" / "middleware" / name for folder in share_folders("flexarm_bringup"))
     profiles = next((place for place in places if place.is_file()), None)
     if profiles is not None and not any(environment.get(name) for name in _OWN):
         chosen |= {PROFILES: str(profiles), "RMW_FASTRTPS_USE_QOS_FROM_XML": "1", **of_life(0)}
