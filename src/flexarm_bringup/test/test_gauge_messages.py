@@ -15,7 +15,7 @@ from flexarm_bringup.bag_plots.estimate_panels import draw_strain  # noqa: E402
 from flexarm_bringup.page.figures import drawing  # noqa: E402
 from flexarm_bringup.sim.conversions import strain_msg  # noqa: E402
 from flexarm_bringup.sim.sample import Sample  # noqa: E402
-from flexarm_controller.guarding.strain_gauges import StrainGauges  # noqa: E402
+from flexarm_controller.guard_settings import gauges_of  # noqa: E402
 from flexarm_estimator.messages.sensor_messages import SensorReader  # noqa: E402
 from flexarm_model.manipulator.description import ManipulatorConfig  # noqa: E402
 from flexarm_model.reading.config import load_config  # noqa: E402
@@ -45,7 +45,9 @@ def test_what_the_rig_publishes_is_read_as_the_strain_that_it_felt(output: float
     msg.standard_deviation = [3 * abs(output) * spec.sigma[0]]
     (sample,) = SensorReader(config).read("strain", msg, 0.0).samples
     assert pytest.approx(9 * spec.sigma[0] ** 2 * np.eye(1), rel=1e-14) == sample.R
-    assert StrainGauges(config).strain(spec.name, msg.strain[0]) == pytest.approx(strain, rel=1e-15)
+    gauges = gauges_of(config)
+    gauges.hear(msg.names, msg.strain)
+    assert gauges.read() == pytest.approx((strain,), rel=1e-15)
 
 
 def test_a_plot_shows_strain_whatever_the_messages_hold() -> None:

@@ -5,21 +5,21 @@ The node connects it to DDS and says when to answer.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from typing import Any
 
 from flexarm_controller.drives.conversions import command_from_msg, drive_state_from_msg
 from flexarm_controller.drives.drive_clock import DriveClock
 from flexarm_controller.due_commands import DueCommands
 from flexarm_controller.guard import Guard, GuardState
-from flexarm_controller.guard_settings import GuardSettings, guard_limits, hold_of
+from flexarm_controller.guard_settings import GuardSettings, gauges_of, guard_limits, hold_of
 from flexarm_controller.guarding.pose_loads import PoseLoads
-from flexarm_controller.guarding.strain_gauges import StrainGauges
 from flexarm_model.conversions import LAST_STAMP_NS, NS_PER_S, stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.pending_models import PendingModels
 from flexarm_model.served.same_arm import foreign_model
 from flexarm_model.tree.reduced_tree import ReducedTree
+
+STARTING_NS = NS_PER_S  # of answers, in which gauges may start beside the drives; diagnostics come as often
 
 
 class GuardExchange:
@@ -48,8 +48,7 @@ class GuardExchange:
         self.guard = Guard(guard_limits(config, tree, settings))
         self.clock = DriveClock(self.period_ns, self.guard.limits.max_age)
         self._loads = PoseLoads(tree, hold_of(self.guard.limits, settings))
-        self._gauges = StrainGauges(config)
-        self._strains: defaultdict[str, list[float]] = defaultdict(list)  # since the last answer
+        self._gauges = gauges_of(config)
         self._models: PendingModels[str] = PendingModels()
         self.stamp_ns, self.model_fault = -1, ""
         self._state = GuardState(())
@@ -81,6 +80,13 @@ class GuardExchange:
         """Whether the newest command was computed from the drives' newest state."""
         return self._newest_ns == self.stamp_ns
 
+    @property
+    def unheard(self) -> tuple[str, ...]:
+        """Gauges with a limit that have said nothing since the guard began; none in its first second."""
+        if self.guard.ticks * self.period_ns < STARTING_NS:
+            return ()
+        return tuple(map(self.guard.limits.gauge, self._gauges.unheard))
+
     def on_model(self, msg: Any) -> None:
         """Take a model of the same description, to be served from its stamp on; refuse another by name."""
         self.model_fault = foreign_model(msg, self._config, "the guard")
@@ -91,11 +97,8 @@ class GuardExchange:
         self._models.note(stamp_ns, msg.model_id)
 
     def on_strain(self, msg: Any) -> None:
-        """Keep what gauges say."""
-        for name in msg.names:
-            self._strains[name].clear()
-        for name, told in zip(msg.names, msg.strain, strict=False):
-            self._strains[name].append(self._gauges.strain(name, told))
+        """Keep what gauges say until the next answer: of every channel the strain of largest magnitude."""
+        self._gauges.hear(msg.names, msg.strain)
 
     def on_drive_states(self, msg: Any) -> int:
         """Take what the drives measure; return how many periods after the last time.
@@ -133,9 +136,8 @@ class GuardExchange:
         if model_id is not None:
             self.guard.serve(model_id, self.t)
         command = self._commands.take(self.t)
-        self._gauges.update(self._strains)
-        self._strains.clear()
         state = GuardState(self._state.velocity, self._state.position, self._gauges.read())
+        self._gauges.begin()
         return self.guard.step(command, state, self.t)
 
     def look_ahead(self) -> None:

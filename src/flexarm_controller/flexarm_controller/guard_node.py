@@ -214,11 +214,11 @@ class GuardNode(ManagedNode):
         lockstep = self.settings.lockstep
         self._voice = GuardVoice(self, self.exchange, lockstep, lambda: self._cycle.late, self._thresholds)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
-        newest, commands = (LOCKSTEP_QOS,) * 2 if lockstep else (NEWEST_QOS, SENSOR_QOS)
-        for topic, kind in zip(SENSORS, (JointState, StrainArray), strict=True):
-            subscribe_bytes(self, kind, topic, partial(self.on_sensor, topic), newest)
+        newest, every = (LOCKSTEP_QOS,) * 2 if lockstep else (NEWEST_QOS, SENSOR_QOS)  # gauges may be fast
+        for topic, kind, quality in zip(SENSORS, (JointState, StrainArray), (newest, every), strict=True):
+            subscribe_bytes(self, kind, topic, partial(self.on_sensor, topic), quality)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
-        heard = JointCommand, "joint_commands", self.on_command, commands, self.exchange.refuse
+        heard = JointCommand, "joint_commands", self.on_command, every, self.exchange.refuse
         asked = subscribe_bytes(self, *heard)
         self.create_subscription(String, "controller/margins", self.on_margins, LATCHED_QOS)
         self.create_subscription(Empty, "stop", lambda msg: self._stop("stopped by topic stop"), RELIABLE_QOS)

@@ -3,12 +3,12 @@
 import math
 from dataclasses import dataclass
 
-from flexarm_controller.guarding.derive import SILENT, guard_limits, hold_of
+from flexarm_controller.guarding.derive import SILENT, gauges_of, guard_limits, hold_of
 from flexarm_controller.guarding.settings import GuardSettings
 from flexarm_model.settings.arm_settings import LoopSettings
 from flexarm_model.settings.parameters import parameter
 
-__all__ = ["GuardNodeSettings", "GuardSettings", "guard_limits", "hold_of"]
+__all__ = ["GuardNodeSettings", "GuardSettings", "gauges_of", "guard_limits", "hold_of"]
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,12 @@ import pytest
 from served_arms import single_link
 
 from flexarm_controller.guard import ARMED, Guard, GuardCommand, GuardState
-from flexarm_controller.guard_settings import GuardSettings, guard_limits, hold_of
+from flexarm_controller.guard_settings import GuardSettings, gauges_of, guard_limits, hold_of
 from flexarm_controller.guarding import pose_loads
 from flexarm_controller.guarding.derive import all_at_once
 from flexarm_controller.guarding.hold_rate import FINENESS, HoldRate, largest_hold_rate, spectral_radius
 from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.pose_loads import PoseLoads, loads_of
-from flexarm_controller.guarding.strain_gauges import StrainGauges
 from flexarm_controller.limits import limits_of
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -261,15 +260,16 @@ def test_a_rigid_axis_is_held_up_to_the_rate_that_its_poles_allow(s):
     assert spectral_radius(rigid, 0.005, g / 0.005, s) == pytest.approx(abs(whole.roots).max(), rel=1e-9)
 
 
-def test_strains_are_put_in_order_and_a_silent_gauge_is_not_a_number():
-    gauges = StrainGauges(tree_of("single_link").config)
-    assert np.isnan(gauges.read()).all()
-    gauges.update({"root_strain": np.array([1e-4]), "encoder": np.array([1.0])})
-    assert gauges.read() == (1e-4,)
-    gauges.update({"root_strain": np.zeros(0)})
-    assert np.isnan(gauges.read()).all()
-    gauges.update({})
-    assert np.isnan(gauges.read()).all() and len(gauges.read()) == 1
+def test_the_gauges_of_a_description_are_in_the_order_of_the_limits_of_their_strain():
+    (gauge,) = (spec for spec in tree_of("single_link").config.sensors if spec.kind == "strain_gauge")
+    two = replace(gauge, name="pair", channels=("x", "y"), output=-0.5, limit=2e-3)
+    config = replace(tree_of("single_link").config, sensors=(two, gauge))
+    gauges = gauges_of(config)
+    gauges.hear([gauge.name, "pair", "pair"], [1e-4, 2e-4, 3e-4])
+    assert gauges.read() == (-4e-4, -6e-4, 1e-4)
+    assert limits_of(config).gauges == ("pair.x", "pair.y", f"{gauge.name}.{gauge.channels[0]}")
+    unbound = replace(config, sensors=(replace(two, limit=math.inf), gauge))
+    assert (gauges_of(config).unheard, gauges_of(unbound).unheard) == ((0, 1, 2), (2,))
 
 
 def test_a_motor_too_weak_for_the_weight_of_its_arm_is_refused_by_name():

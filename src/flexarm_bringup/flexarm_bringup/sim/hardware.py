@@ -17,10 +17,9 @@ from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_controller.due_commands import DueCommands
 from flexarm_controller.guard import STOPPED, Guard, GuardCommand, GuardState
-from flexarm_controller.guard_settings import GuardSettings, guard_limits, hold_of
+from flexarm_controller.guard_settings import GuardSettings, gauges_of, guard_limits, hold_of
 from flexarm_controller.guarding.limits import GuardLimits
 from flexarm_controller.guarding.pose_loads import PoseLoads
-from flexarm_controller.guarding.strain_gauges import StrainGauges
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 
@@ -57,7 +56,7 @@ class Hardware:
         self.guard = Guard(limits or guard_limits(config, tree, settings))
         self.drives.tau = list(self.guard.holding)  # the motors bear the arm when the brakes open
         self._loads = PoseLoads(tree, hold_of(self.guard.limits, settings))
-        self._gauges = StrainGauges(config)
+        self._gauges = gauges_of(config)
         self._seen = self.drives.state()  # by the guard
         self._commands, self.is_commanded = DueCommands(self.dt), False
 
@@ -133,5 +132,9 @@ class Hardware:
         return self.drives.state(self._gauges.read())
 
     def _hear_gauges(self, samples: list[Sample]) -> list[Sample]:
-        self._gauges.update({sample.sensor: sample.y for sample in samples if sample.kind == "strain_gauge"})
+        self._gauges.begin()
+        for sample in samples:
+            if sample.kind == "strain_gauge":
+                for channel, strain in enumerate(sample.y.tolist()):
+                    self._gauges.take(sample.sensor, channel, strain)
         return samples

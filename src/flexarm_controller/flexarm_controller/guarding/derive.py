@@ -35,6 +35,7 @@ from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.pose_loads import loads_of
 from flexarm_controller.guarding.rest_watch import REST_TIME
 from flexarm_controller.guarding.settings import GuardSettings
+from flexarm_controller.guarding.strain_gauges import GaugeChannel, StrainGauges
 from flexarm_controller.limits import Limits, limits_of
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -118,6 +119,12 @@ def loads_everywhere(tree: ReducedTree, home: ReducedModel, limits: Limits) -> l
 def hold_of(limits: GuardLimits, settings: GuardSettings) -> HoldRate:
     """Return the rate that an arm of some limits is held with, at home and elsewhere."""
     return HoldRate(limits.period, settings.braking_gain, limits.braking.rate, settings.velocity_smoothing)
+
+
+def gauges_of(config: ManipulatorConfig) -> StrainGauges:
+    """Return who gathers what the gauges of an arm say, in the order of the limits of their strain."""
+    gauges = [spec for spec in config.sensors if spec.kind == "strain_gauge"]
+    return StrainGauges([GaugeChannel(s.name, s.output, s.limit) for s in gauges for _ in s.channels])
 
 
 def _refuse_weak(config: ManipulatorConfig, a: Array) -> None:
