@@ -1,31 +1,36 @@
-"""Health of the guard: does it answer the drives in time, and do commands pass?
+"""Health of the guard: does it answer the drives in time, do commands pass, and do all gauges speak?
 
-A stop that nobody asked for is an error until the guard is armed again; waiting to be armed is none.
+A stop that nobody asked for is an error until the guard is armed again; waiting to be armed is none, nor is a
+stop that the service ``~/stop`` asked for. The topic ``stop`` does not say who speaks: supervisor, launch
+file, controller and excite stop the arm by it when something has failed, but so may a button, and so does
+``flexarm stop`` beside the service. What was stopped by it is a warning.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from flexarm_controller.guard import ARMED, NOT_ARMED_YET
 from flexarm_model.ros.loop_health import LoopHealth
 from flexarm_model.settings.diagnosis import DiagnosticsConfig, Figure, Level, Verdict, judge
 
-ASKED_FOR = ("stopped by",)  # how reasons of stops begin that somebody asked for
+BY_SERVICE, BY_TOPIC = "stopped by ~/stop", "stopped by topic stop"  # reasons of stops
+SAID = {BY_SERVICE: Level.OK, BY_TOPIC: Level.WARN}  # any other is an error
 
 
 class GuardHealth:
     """Watches one guard."""
 
-    def __init__(self, guard: Any, period: float | None, config: DiagnosticsConfig) -> None:
+    def __init__(self, exchange: Any, period: float | None, config: DiagnosticsConfig) -> None:
         """Watch.
 
         Args:
-            guard: Guard, or what has its mode, reason and counters.
+            exchange: GuardExchange, or what has its guard and the names of the gauges that it has not heard.
             period: Of the motors [s]; None in lockstep.
             config: Thresholds.
         """
-        self._guard, self._config = guard, config
+        self._exchange, self._guard, self._config = exchange, exchange.guard, config
         self._loop = LoopHealth("guard: loop", period, config)
         self._refused = 0
 
@@ -39,9 +44,17 @@ class GuardHealth:
         """Judge what was noted since the last time."""
         guard = self._guard
         refused, self._refused = guard.refused - self._refused, guard.refused
-        level = Level.OK
-        if guard.mode != ARMED and not guard.reason.startswith((NOT_ARMED_YET, *ASKED_FOR)):
-            level = Level.ERROR
         text = f"{guard.mode}: {guard.reason}" if guard.reason else str(guard.mode)
         figures = [Figure("refused", refused, 0.0), Figure("limited in all", guard.limited)]
-        return [self._loop.verdict(), judge("guard: commands", figures, level, text)]
+        commands = judge("guard: commands", figures, self._level(), text)
+        if unheard := self._exchange.unheard:
+            text = f"{commands.text}; has a limit and was never heard: {', '.join(unheard)}"
+            commands = replace(commands, level=max(commands.level, Level.WARN), text=text)
+        return [self._loop.verdict(), commands]
+
+    def _level(self) -> Level:
+        """Return how bad it is that commands do not pass."""
+        guard = self._guard
+        if guard.mode == ARMED or guard.reason.startswith(NOT_ARMED_YET):
+            return Level.OK
+        return SAID.get(guard.reason, Level.ERROR)

@@ -36,6 +36,7 @@ from flexarm_controller.drives.attachment_node import AttachedGuard
 from flexarm_controller.guard import BRAKING, NOT_ARMED_YET
 from flexarm_controller.guard_cycle import GuardCycle
 from flexarm_controller.guard_exchange import GuardExchange
+from flexarm_controller.guard_health import BY_SERVICE, BY_TOPIC
 from flexarm_controller.guard_settings import GuardNodeSettings, GuardSettings
 from flexarm_controller.guard_voice_node import GuardVoice
 from flexarm_model.conversions import stamp_to_ns
@@ -162,7 +163,7 @@ class GuardNode(ManagedNode):
 
     def on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Latch a stop."""
-        self._stop("stopped by ~/stop")
+        self._stop(BY_SERVICE)
         response.success, response.message = True, self.guard.reason or "was not armed"
         return response
 
@@ -221,7 +222,7 @@ class GuardNode(ManagedNode):
         heard = JointCommand, "joint_commands", self.on_command, every, self.exchange.refuse
         asked = subscribe_bytes(self, *heard)
         self.create_subscription(String, "controller/margins", self.on_margins, LATCHED_QOS)
-        self.create_subscription(Empty, "stop", lambda msg: self._stop("stopped by topic stop"), RELIABLE_QOS)
+        self.create_subscription(Empty, "stop", lambda msg: self._stop(BY_TOPIC), RELIABLE_QOS)
         self.create_service(Trigger, "~/arm", self.on_arm)
         self.create_service(Trigger, "~/stop", self.on_stop)
         self._drives = AttachedGuard(self, self.on_release, lockstep)

@@ -57,7 +57,7 @@ class GuardVoice:
         self._writer = EffortWriter(exchange.names, serialize_message)
         self._said, self._unsaid, self._count = ("", ""), 0, 0
         period = None if is_lockstep else exchange.period_ns * 1e-9
-        self._health = GuardHealth(exchange.guard, period, thresholds)
+        self._health = GuardHealth(exchange, period, thresholds)
         self._diagnostics = Diagnostics(node, self._health.verdicts)
 
     def listeners(self) -> tuple[int, int]:
