@@ -4,24 +4,32 @@
     mutation/bin/python tests/mutate_guard.py
 
 What is copied follows from what the guard imports. It works in a temporary folder, takes some ten minutes,
-prints score and survivors, and fails below 90 %.
+prints score and survivors, and fails below 90 %. The guard's exchange of messages needs ROS and models, so it
+is done for itself, in the environment of flexarm:
+
+    ./flexarm shell
+    python -m pip install --target mutation_ros mutmut==3.8.1
+    PYTHONPATH=$PWD/mutation_ros:$PYTHONPATH python tests/mutate_guard.py --exchange
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import importlib.util
 import json
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Collection
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[1] / "src/flexarm_controller"
 TEST = PACKAGE / "test"
-GUARD = "flexarm_controller.guard"
+GUARD = ("flexarm_controller.guard", "flexarm_controller.guarding.strain_gauges")
+EXCHANGE = "flexarm_controller.guard_exchange"
 WANTED = 90.0  # percent
 SETTINGS = """
 [tool.mutmut]
@@ -29,14 +37,14 @@ source_paths = ["flexarm_controller"]
 also_copy = ["tests"]
 do_not_mutate = {others}
 pytest_add_cli_args_test_selection = ["tests"]
-pytest_add_cli_args = ["-k", "not imports_nothing", "-p", "no:cacheprovider"]
+pytest_add_cli_args = ["-k", "not imports_nothing", {plugins}]
 """
+WITHOUT = ("cacheprovider", "launch_testing", "launch_ros")  # plugins; those of ROS know no other ones
 KILLED = ("killed", "timeout", "segfault", "suspicious")
 
 
-def lay_out(folder: Path) -> None:
-    """Copy the guard, its tests and what they use, and nothing else, to where mutmut finds them."""
-    code, tests = guards_code(), guards_tests()
+def lay_out(folder: Path, code: Collection[Path], tests: Collection[Path]) -> None:
+    """Copy code, its tests and what they use, and nothing else of the package, to where mutmut finds them."""
     others = [path for path in set().union(*map(needs, tests)) if not _is_test(path) and path not in code]
     for path in (*code, *others):
         place = folder / path.relative_to(PACKAGE)
@@ -46,15 +54,23 @@ def lay_out(folder: Path) -> None:
     (folder / "tests").mkdir()
     for path in {TEST / "conftest.py", *tests, *filter(_is_test, set().union(*map(needs, tests)))}:
         shutil.copy(path, folder / "tests")
-    settings = SETTINGS.format(others=json.dumps(sorted(f"*/{path.name}" for path in others)))
+    plain = json.dumps(sorted(str(path.relative_to(PACKAGE)) for path in others))
+    plugins = ", ".join(f'"-p", "no:{name}"' for name in WITHOUT)
+    settings = SETTINGS.format(others=plain, plugins=plugins)
     (folder / "pyproject.toml").write_text(settings)
 
 
 def guards_code() -> set[Path]:
-    """Return the guard's file and all that it imports of flexarm."""
-    guard = _file_of(GUARD)
-    assert guard is not None
-    return {guard, *needs(guard)}
+    """Return the files of the guard and of its gauges, and all that they import of flexarm."""
+    files = {file for name in GUARD if (file := _file_of(name))}
+    return files.union(*map(needs, files))
+
+
+def exchanges() -> tuple[set[Path], list[Path]]:
+    """Return the file of the guard's exchange of messages, and that of its tests."""
+    file = _file_of(EXCHANGE)
+    assert file is not None
+    return {file}, [TEST / f"test_{file.name}"]
 
 
 def guards_tests() -> list[Path]:
@@ -116,23 +132,25 @@ def _is_test(path: Path) -> bool:
 
 
 def main() -> int:
-    """Run mutmut and print what came of it; 2 without mutmut beside this Python."""
+    """Run mutmut and print what came of it; 2 where this Python has no mutmut."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.parse_args()
-    mutmut = Path(sys.executable).with_name("mutmut")
-    if not mutmut.exists():
-        parser.error(f"no mutmut beside {sys.executable}")
+    parser.add_argument("--exchange", action="store_true", help="of guard_exchange instead; needs ROS")
+    settings = parser.parse_args()
+    wanted = ["mutmut", *(["flexarm_interfaces"] if settings.exchange else [])]
+    if missing := [name for name in wanted if importlib.util.find_spec(name) is None]:
+        parser.error(f"{sys.executable} has no {' and no '.join(missing)}")
+    mutmut = [sys.executable, "-m", "mutmut"]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        lay_out(folder)
-        subprocess.run([mutmut, "run"], cwd=folder, check=True)
+        lay_out(folder, *(exchanges() if settings.exchange else (guards_code(), guards_tests())))
+        subprocess.run([*mutmut, "run"], cwd=folder, check=True)
         told = subprocess.run(
-            [mutmut, "results", "--all", "true"], cwd=folder, check=True, capture_output=True
+            [*mutmut, "results", "--all", "true"], cwd=folder, check=True, capture_output=True
         )
         found = re.findall(r"^\s*(\S+): ([\w ]+)$", told.stdout.decode(), re.MULTILINE)
         alive = [mutant for mutant, state in found if state not in KILLED]
         for mutant in alive:
-            subprocess.run([mutmut, "show", mutant], cwd=folder, check=False)
+            subprocess.run([*mutmut, "show", mutant], cwd=folder, check=False)
     score = 100.0 * (1.0 - len(alive) / len(found)) if found else 0.0
     print(f"{len(found) - len(alive)} of {len(found)} mutants found: {score:.1f} %, {WANTED:.0f} % wanted")
     return int(score < WANTED)

@@ -16,6 +16,7 @@ from flexarm_controller.guard_settings import GuardSettings, guard_limits  # noq
 from flexarm_model.conversions import ns_to_stamp  # noqa: E402
 from flexarm_model.reading.config import load_config  # noqa: E402
 from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.served.pending_models import PendingModels  # noqa: E402
 from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 T_NS = 5_000_000
@@ -40,8 +41,16 @@ def limits():
 
 @pytest.fixture(autouse=True)
 def arm_built_once(monkeypatch):
-    monkeypatch.setattr("flexarm_controller.guard_exchange.ReducedTree", lambda config: tree())
-    monkeypatch.setattr("flexarm_controller.guard_exchange.guard_limits", lambda *arguments: limits())
+    def build(config):
+        assert config.name == arm().name
+        return tree()
+
+    def derive(config, built, settings):
+        assert (config.name, built, settings) == (arm().name, tree(), GuardSettings())
+        return limits()
+
+    monkeypatch.setattr("flexarm_controller.guard_exchange.ReducedTree", build)
+    monkeypatch.setattr("flexarm_controller.guard_exchange.guard_limits", derive)
 
 
 def state(k, q=0.0, v=0.0, names=("base.rz",)):
@@ -153,6 +162,8 @@ def test_forged_and_outdated_commands_neither_act_nor_take_the_place_of_a_real_o
     real, again = (command(2, (effort,), sequence=101) for effort in (2.0, 9.0))
     assert play(exchange, 2, forged, real, forged, outdated, again) == [2.0]
     assert (exchange.guard.passed, exchange.guard.refused) == (2, 4)
+    exchange.on_command(again)
+    assert exchange.guard.refusal == "command 101 is not newer than 101"
     assert exchange.guard.mode == ARMED
 
 
@@ -336,12 +347,13 @@ def test_the_limit_of_a_bridged_gauge_is_one_of_strain():
 
 
 def test_a_model_is_served_from_its_stamp_on_and_one_of_another_arm_is_refused():
-    exchange = armed()
+    exchange, others = armed(), PendingModels()
     for k, name in enumerate(("first", "second")):
         msg = ReducedModel(config_id=arm().config_id, model_id=name, theta_names=list(arm().actuated))
         msg.header.stamp = ns_to_stamp(EPOCH_NS + 10 * k * T_NS)
         exchange.on_model(msg)
-    assert exchange.receipt.startswith("2 models") and not exchange.model_fault
+        others.note(EPOCH_NS + 10 * k * T_NS, name)
+    assert exchange.receipt == others.receipt and not exchange.model_fault
     play(exchange, 1, command(1, model_id="first"))
     assert (exchange.guard.model_id, exchange.guard.passed) == ("first", 1)
     play(exchange, 2, command(2, model_id="another"))
@@ -357,6 +369,9 @@ def test_a_model_is_served_from_its_stamp_on_and_one_of_another_arm_is_refused()
 
 def test_commands_before_the_first_state_do_not_matter():
     exchange = GuardExchange(arm(), GuardSettings(), None)
+    assert (exchange.stamp_ns, exchange.model_fault) == (-1, "")
     exchange.on_command(command(1))
     assert exchange.answer_ns == 0 and not exchange.is_commanded
     assert exchange.guard.refused == 1
+    assert exchange.answer() == [0.0]
+    exchange.look_ahead()

@@ -60,6 +60,7 @@ def test_every_message_begins_with_the_first_channel_and_surplus_is_passed_over(
         gauges.hear(["bridge"] * 3, told)
     gauges.hear(["root", "bridge"], [1e-5])  # a name without a number
     gauges.hear(["root"], [2e-5, 9.0])  # a number without a name
+    gauges.take("encoder", 0, 9.0)
     assert gauges.read()[:3] == (2e-5, 6e-4, -4e-4) and math.isnan(gauges.read()[3])
 
 
