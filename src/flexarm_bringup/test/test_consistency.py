@@ -143,7 +143,7 @@ def test_noise_free_runs_of_every_machine_are_exact(name: str) -> None:
 
 
 def test_filter_is_consistent_on_a_truth_drawn_from_its_model() -> None:
-    (result,) = run_drawing(Drawing(task_for("single_link"), runs=20, steps=30))
+    (result,) = run_drawing(Drawing(task_for("single_link"), runs=60, steps=30))
     assert set(result.means) == {STATE, "encoder", "root_strain", "tip_accelerometer", "camera"}
     assert result.outside == []
 
