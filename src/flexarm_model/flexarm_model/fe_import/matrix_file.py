@@ -12,27 +12,21 @@ A matrix of which only one triangle is stored is completed by symmetry.
 
 from __future__ import annotations
 
-import re
-import warnings
 from collections.abc import Callable
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import io, sparse
+from scipy import sparse
 
 from flexarm_model.fe_import import abaqus_matrix
 from flexarm_model.fe_import.abaqus_matrix import NodeOrder, read_abaqus
 from flexarm_model.fe_import.harwell_boeing import read_harwell_boeing
 from flexarm_model.fe_import.matlab_file import logical_variables, read_variables
+from flexarm_model.fe_import.matrix_market import COMMENT, is_matrix_market, read_matrix_market
 from flexarm_model.fe_import.table import open_text
 from flexarm_model.manipulator.imported_body import MatrixFile
 from flexarm_model.settings.strict_yaml import ConfigError
-
-_BANNER = "matrixmarket"
-_SYMMETRIC = "symmetric"
-_COMMENT = "%"  # of Matrix Market; Abaqus has **
 
 
 def read_matrix(file: MatrixFile, order: NodeOrder | None = None) -> Any:
@@ -72,12 +66,12 @@ def read_matrix(file: MatrixFile, order: NodeOrder | None = None) -> Any:
 
 def tells_size(file: MatrixFile) -> bool:
     """Tell whether a file says how large its matrix is; Abaqus writes its entries, and no zeros."""
-    return file.path.suffix.lower() not in (".mtx", ".mm") or _first_line(file.path).startswith(_COMMENT)
+    return file.path.suffix.lower() not in (".mtx", ".mm") or _first_line(file.path).startswith(COMMENT)
 
 
 def names_nodes(file: MatrixFile) -> bool:
     """Tell whether a file says of every entry to which nodes it belongs, as one of Abaqus may."""
-    is_abaqus = file.path.suffix.lower() == ".mtx" and not _first_line(file.path).startswith(_COMMENT)
+    is_abaqus = file.path.suffix.lower() == ".mtx" and not _first_line(file.path).startswith(COMMENT)
     return is_abaqus and abaqus_matrix.names_nodes(file.path)
 
 
@@ -108,49 +102,15 @@ def _read_matlab(file: MatrixFile, _: NodeOrder | None) -> Any:
 def _read_text_matrix(file: MatrixFile, order: NodeOrder | None) -> Any:
     """Read what the first line says; the size of a Matrix Market file would be an entry of Abaqus'."""
     line = _first_line(file.path).strip()
-    if line.startswith(_COMMENT) and line.lower().lstrip(_COMMENT).startswith(_BANNER):
-        return _read_matrix_market(file)
-    if line.startswith(_COMMENT) or not line or file.path.suffix.lower() == ".mm":
+    if is_matrix_market(line):
+        return read_matrix_market(file.path)
+    if line.startswith(COMMENT) or not line or file.path.suffix.lower() == ".mm":
         raise ConfigError(
             f"{file.path}: line 1: {line[:80]!r}: expected the banner of Matrix Market, "
             "%%MatrixMarket matrix coordinate real general (or symmetric), or a matrix of Abaqus, which has "
             "neither an empty first line nor comments with %"
         )
     return read_abaqus(file.path, order)
-
-
-def _read_matrix_market(file: MatrixFile) -> Any:
-    """Read entries as they stand; under the heading symmetric they must be those of one triangle.
-
-    The format puts those on and below the diagonal there [Boisvert1996]; above it they are as clear. SciPy
-    adds the mirror image of each, so that where both triangles stand in a file they count twice.
-    """
-    words = _first_line(file.path).lower().split()
-    if "pattern" in words:
-        raise ConfigError(f"{file.path}: says where entries are (pattern), not what; expected real entries")
-    is_triangle = {"coordinate", _SYMMETRIC} <= set(words)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # of sparse arrays to come: either is taken
-            found = io.mmread(_as_general(file.path) if is_triangle else file.path)
-    except MemoryError:
-        raise ConfigError(f"{file.path}: line 2: a size too large for this computer") from None
-    except (ValueError, OverflowError, TypeError) as error:
-        raise ConfigError(f"{file.path}: is not a Matrix Market file of a real matrix: {error}") from None
-    side = np.sign(found.row - found.col)[found.data != 0.0] if is_triangle else np.zeros(1)
-    if side.min(initial=0) < 0 < side.max(initial=0):
-        raise ConfigError(
-            f"{file.path}: line 1: is headed symmetric, and entries stand on both sides of the diagonal; "
-            "expected one triangle, or the heading general"
-        )
-    return found
-
-
-def _as_general(path: Path) -> BytesIO:
-    """Return the content of a file with "symmetric" in its first line made "general"."""
-    heading, *content = path.read_bytes().split(b"\n", 1)
-    heading = re.sub(_SYMMETRIC.encode(), b"general", heading, flags=re.IGNORECASE)
-    return BytesIO(b"\n".join([heading, *content]))
 
 
 def _read_harwell_boeing(file: MatrixFile, _: NodeOrder | None) -> Any:
