@@ -15,6 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from flexarm_model.fe_import.directional_mass import (
+    say_directional,
+    say_impossible_inertia,
+    unlike_between_nodes,
+)
 from flexarm_model.fe_import.fe_model import FeModel
 from flexarm_model.fe_import.feeding_damping import FEEDING
 from flexarm_model.fe_import.free_modes import N_RIGID, free_modes
@@ -24,7 +29,6 @@ from flexarm_model.fe_import.negative_mass import count_negative_mass, say_negat
 from flexarm_model.fe_import.rigid_mass import RigidMass, rigid_mass
 from flexarm_model.fe_import.rigid_motions import EXPECTED, rigid_motions, spoken_motion
 from flexarm_model.fe_import.sparse_modes import Factor
-from flexarm_model.fe_import.volume_integrals import scalar_mass
 
 Array = NDArray[np.float64]
 
@@ -45,7 +49,7 @@ class Checks:
         asymmetry: Largest departure of M, of K and of D, if there is one, from symmetry, relative.
         n_negative: Negative eigenvalues of the same.
         rigid_force: Force against the rigid motions, relative.
-        unlike: Departure of the mass from acting alike in x, y and z, relative; 0 for solids.
+        unlike: Departure of the mass from acting alike in x, y and z between nodes, relative; 0 for solids.
         massless: Rigid motions that move no mass, in words.
         held: Which rigid motion the stiffness resists most, in words.
         n_rigid: Modes without stiffness.
@@ -90,6 +94,12 @@ class Checks:
             f"its {motion} moves no mass: give nodes rotary inertia if a joint turns it that way"
             for motion in self.massless
         ]
+        directional = say_directional(self.rigid)
+        if directional and not self.problems:
+            found.append(
+                f"{directional}, as added mass of a fluid may be: rigid motion and weight are those of the "
+                f"mean, {self.rigid.mass:.4g} kg"
+            )
         if not self.is_solid or low <= self.density <= high:
             return found
         side = "heavy" if self.density > high else "light"
@@ -103,7 +113,7 @@ class Checks:
     def problems(self) -> list[str]:
         """What is wrong, in sentences; empty for a sound body."""
         n_mass = self.n_negative[0]
-        found = _quick_problems(self.asymmetry, n_mass, self.rigid_force, self.held, self.rigid.mass)
+        found = _quick_problems(self.asymmetry, n_mass, self.rigid_force, self.held, self.rigid)
         if n_mass:
             return found  # with such a mass modes say nothing about the stiffness
         for name, count in zip(_MATRICES[1:], self.n_negative[1:], strict=False):
@@ -130,6 +140,7 @@ class Checks:
             "rigid modes": self.count_of_rigid + (" with the rigid interfaces" if self.is_joined else ""),
             "slowest elastic modes [Hz]": ", ".join(f"{f:.5g}" for f in self.elastic_hz),
             "mass [kg]": f"{self.rigid.mass:.6g}",
+            "mass along x, y, z [kg]": ", ".join(f"{m:.6g}" for m in np.diag(self.rigid.motions)[:3]),
             "size x, y, z [m]": ", ".join(f"{c:.6g}" for c in self.size),
             "mass over that box [kg/m^3]": f"{self.density:.4g}",
             "centre of mass [m]": ", ".join(f"{c:.6g}" for c in self.rigid.com),
@@ -170,7 +181,7 @@ def check_model(model: FeModel, interfaces: Sequence[Interface] = ()) -> Checks:
         asymmetry=_asymmetries(model),
         n_negative=tuple(negative),
         rigid_force=_rigid_force(model),
-        unlike=_unlike(model),
+        unlike=unlike_between_nodes(model),
         held=rigid.held(),
         massless=tuple(spoken_motion(motion) for motion in massless.T),
         n_rigid=modes.n_rigid,
@@ -188,24 +199,26 @@ def refuse_unsound(model: FeModel) -> None:
     Raises:
         ValueError: Names the body and what is wrong.
     """
-    mass, held = rigid_mass(model).mass, rigid_motions(model).held()
+    rigid, held = rigid_mass(model), rigid_motions(model).held()
     n_mass = count_negative_mass(model.M)
-    problems = _quick_problems(_asymmetries(model), n_mass, _rigid_force(model), held, mass)
+    problems = _quick_problems(_asymmetries(model), n_mass, _rigid_force(model), held, rigid)
     if problems:
         raise ValueError(f"body '{model.name}': {'; '.join(problems)}")
 
 
 def _quick_problems(
-    asymmetry: tuple[float, ...], n_mass: int, rigid_force: float, held: str, mass: float
+    asymmetry: tuple[float, ...], n_mass: int, rigid_force: float, held: str, rigid: RigidMass
 ) -> list[str]:
     found = []
     for name, value in zip(_MATRICES, asymmetry, strict=False):  # a damping is not always given
         if not value <= SYMMETRY:
             found.append(f"the {name} is not symmetric: entries differ by {value:.1e} of the largest")
-    if not mass > 0:
-        found.append(f"the mass is {mass:g} kg; expected above 0")
+    if not rigid.mass > 0:
+        found.append(f"the mass is {rigid.mass:g} kg; expected above 0")
     if n_mass:
         found.append(say_negative_mass(n_mass))
+    elif impossible := say_impossible_inertia(rigid):
+        found.append(impossible)
     if not rigid_force <= RIGID_FORCE:
         found.append(
             f"the stiffness resists rigid motion ({rigid_force:.1e} of its largest entry), {held}; {EXPECTED}"
@@ -228,11 +241,3 @@ def _rigid_force(model: FeModel) -> float:
     R = model.rigid_motion(about=model.x.mean(axis=0))
     R = R / abs(R).max(axis=0)
     return float(abs(model.K @ R).max() / abs(model.K).max())
-
-
-def _unlike(model: FeModel) -> float:
-    step = model.dof_per_node
-    blocks = [model.M[i::step, j::step] for i in range(3) for j in range(3)]
-    mean = scalar_mass(model)
-    differ = [block - mean if k % 4 == 0 else block for k, block in enumerate(blocks)]
-    return float(max(abs(block).max() for block in differ) / abs(mean).max())

@@ -23,11 +23,13 @@ class RigidMass:
         mass: [kg].
         com: Centre of mass in the body frame [m], (3,).
         inertia: About the origin of the body frame, body axes [kg m^2], (3, 3).
+        motions: Of the three translations and three rotations about the origin, ``R' M R``, (6, 6).
     """
 
     mass: float
     com: Array
     inertia: Array
+    motions: Array
 
     @property
     def inertia_about_com(self) -> Array:
@@ -38,10 +40,10 @@ class RigidMass:
 
 
 def rigid_mass(model: FeModel) -> RigidMass:
-    """Return mass, centre of mass and inertia of a body."""
+    """Return mass, centre of mass and inertia of a body, of which the mass is the mean along x, y and z."""
     R = model.rigid_motion()
     M = R.T @ (model.M @ R)  # (6, 6)
     mass = float(np.trace(M[:3, :3]) / 3)
     turn = (M[3:, :3] - M[3:, :3].T) / 2
     moment = np.array([turn[2, 1], turn[0, 2], turn[1, 0]])
-    return RigidMass(mass, moment / (mass or 1.0), (M[3:, 3:] + M[3:, 3:].T) / 2)
+    return RigidMass(mass, moment / (mass or 1.0), (M[3:, 3:] + M[3:, 3:].T) / 2, M)
