@@ -140,6 +140,16 @@ def test_rounding_that_modes_leave_at_a_held_tip_is_no_motion() -> None:
     assert "moves it 0.1 mm" in analyse(tree, model, model).notes[0]
 
 
+def test_rounding_that_turns_a_slider_is_no_turn() -> None:
+    """A block on a rail at the end of a bending rod: 1e-12 rad in every coordinate, the rail's own too."""
+    tree, model, _ = serve("single_link", "", "home")
+    C_pos, rows = np.array(model.outputs.C_pos), model.outputs.rows("tip")
+    C_pos[rows[:3], model.n_theta :] = 2e-13
+    C_pos[rows[3:]] = 1e-12
+    block = replace(model, outputs=replace(model.outputs, C_pos=C_pos))
+    assert [describe_tip(block, k) for k in range(model.n_eta)] == ["tip stands still"] * model.n_eta
+
+
 @pytest.mark.parametrize(
     ("vector", "words"),
     [([0, 1, 0], "y"), ([0, -1, 0.1], "y"), ([0.8, 0, -0.6], "x and -z"), ([-0.6, 0.8, 0], "y and -x")],

@@ -99,6 +99,21 @@ def test_an_end_out_of_reach_is_refused_with_the_distances() -> None:
         reach_end(np.zeros(2), 0.3, 0.3, 1)
 
 
+@pytest.mark.parametrize(
+    ("distance", "said"),
+    [
+        (0.5300001, "distance 0.5300001 m, the links reach 0.05 ... 0.53 m"),
+        (0.04999999, "distance 0.04999999 m, the links reach 0.05 ... 0.53 m"),
+        (0.53 * (1.0 + 1e-11), "distance 0.53000000001 m, the links reach 0.05 ... 0.53 m"),
+    ],
+)
+def test_an_end_barely_out_of_reach_is_told_from_the_reach(distance: float, said: str) -> None:
+    """It read "distance 0.53 m, the links reach 0.05 ... 0.53 m"."""
+    with pytest.raises(ReachError) as caught:
+        reach_end(np.array([distance, 0.0]), 0.29, 0.24, 1)
+    assert said in str(caught.value)
+
+
 def test_the_nearest_branch_counts_full_turns() -> None:
     solutions = np.array([[0.1, 3.1], [1.0, -1.0]])
     np.testing.assert_allclose(nearest(solutions, np.array([6.2, -3.2])), [0.1 + 2 * np.pi, 3.1 - 2 * np.pi])

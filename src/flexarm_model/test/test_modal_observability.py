@@ -14,7 +14,7 @@ from flexarm_model.modal.candidates import candidate_config, noise
 from flexarm_model.modal.observability import ENERGY, Swing, mode_reach, tip_energy
 from flexarm_model.served.linearize import linearize
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
-from flexarm_model.served.tip_moves import are_felt, tip_moves
+from flexarm_model.served.tip_moves import are_felt, tip_moves, tip_turns
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 OMEGA = np.array([30.0, 30.0, 200.0])
@@ -188,6 +188,20 @@ def test_what_rounding_leaves_of_a_tip_that_no_mode_moves_is_no_movement() -> No
     C_pos = C_pos.copy()
     C_pos[rows, : model.n_theta] = 0.0  # a tip on the hub's axis: nothing at all moves it
     assert not tip_moves(replace(model, outputs=replace(model.outputs, C_pos=C_pos))).any()
+
+
+def test_what_rounding_leaves_of_a_tip_that_nothing_turns_is_no_turn() -> None:
+    """A slider on a rail: every coordinate turned it by 1e-12, so each was as large as the largest."""
+    model = linearize(tree("single_link"))
+    rows = model.outputs.rows("tip")[3:]
+    turns = np.linalg.norm(model.outputs.C_pos[rows, model.n_theta :], axis=0)
+    np.testing.assert_array_equal(tip_turns(model), turns)
+    for scale, axis_turns in ((1e-12, True), (1e-12, False), (1e-4, False)):
+        C_pos = model.outputs.C_pos.copy()
+        C_pos[rows, model.n_theta :] *= scale
+        C_pos[rows, : model.n_theta] *= axis_turns
+        slider = replace(model, outputs=replace(model.outputs, C_pos=C_pos))
+        assert tip_turns(slider) == pytest.approx(turns * (scale if scale > 1e-6 else 0.0), rel=1e-12)
 
 
 def test_modes_that_a_tip_hardly_feels_do_not_swing_by_what_it_does() -> None:

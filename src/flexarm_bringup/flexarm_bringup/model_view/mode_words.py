@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from flexarm_model.modal.energy_shares import EnergyShares
 from flexarm_model.served.reduced_model import ReducedModel
-from flexarm_model.served.tip_moves import tip_moves
+from flexarm_model.served.tip_moves import tip_moves, tip_turns
 
 Array = NDArray[np.float64]
 
@@ -37,12 +37,11 @@ def describe_tip(model: ReducedModel, mode: int) -> str:
     """Return where the tip goes, in its own axes, per unit of the mass-normalised coordinate."""
     rows = model.outputs.rows("tip")
     moves = model.outputs.C_pos[rows][:, model.n_theta :]  # (6, r)
-    lengths = tip_moves(model)  # 0 where rounding alone moves it: a tip on a hinge that the motors hold
-    turn = moves[3:, mode]
+    lengths, turns = tip_moves(model), tip_turns(model)  # 0 where rounding alone moves or turns it
     if lengths[mode] > STILL * lengths.max():
         return f"tip moves along {direction(moves[:3, mode])}, {lengths[mode]:.3g} /√kg"
-    if np.linalg.norm(turn) > STILL * np.linalg.norm(moves[3:], axis=0).max(initial=0.0) > 0.0:
-        return f"tip turns about {direction(turn)}, {np.linalg.norm(turn):.3g} rad/(m √kg)"
+    if turns[mode] > STILL * turns.max():
+        return f"tip turns about {direction(moves[3:, mode])}, {turns[mode]:.3g} rad/(m √kg)"
     return "tip stands still"
 
 

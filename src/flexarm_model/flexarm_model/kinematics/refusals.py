@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+_DIGITS = 6  # of a length: a micrometre of a metre
+_ALL_DIGITS = 17  # tell any two numbers of double precision apart
+
 
 class KinematicsError(ValueError):
     """What was asked for cannot be given.
@@ -27,9 +30,8 @@ class ReachError(KinematicsError):
     """
 
     def __init__(self, what: str, distance: float, nearest: float, farthest: float) -> None:
-        super().__init__(
-            f"{what}: distance {distance:.6g} m, the links reach {nearest:.6g} ... {farthest:.6g} m"
-        )
+        at, low, high = _told_apart(distance, nearest, farthest)
+        super().__init__(f"{what}: distance {at} m, the links reach {low} ... {high} m")
         self.distance = distance
         self.nearest = nearest
         self.farthest = farthest
@@ -61,3 +63,13 @@ class ConvergenceError(KinematicsError):
         self.angle = angle
         self.iterations = iterations
         self.theta = np.zeros(0) if theta is None else theta
+
+
+def _told_apart(distance: float, nearest: float, farthest: float) -> list[str]:
+    """Return the three with six digits, or more where a distance beyond a limit would read as the limit."""
+    texts: list[str] = []
+    for digits in range(_DIGITS, _ALL_DIGITS + 1):
+        texts = [f"{value:.{digits}g}" for value in (distance, nearest, farthest)]
+        if texts[0] not in texts[1:]:
+            break
+    return texts

@@ -11,6 +11,7 @@ Array = NDArray[np.float64]
 
 UNMOVED = 1e-6  # of the tip's largest displacement in any coordinate of unit mass: less is rounding
 FELT = 0.1  # of the same: of modes that move the tip less, no error of the tip tells anything
+LONGEST = 100.0  # m; no arm is longer, so a turn that moves nothing at the end of that moves nothing at all
 HEAVIEST = 1e6  # kg; no arm is heavier, so its tip moves by 1e-3 kg^-0.5 at least where it moves at all
 
 
@@ -22,6 +23,18 @@ def tip_moves(model: ReducedModel) -> Array:
     """
     moved, largest = _moved(model)
     return np.where(moved > UNMOVED * largest, moved, 0.0)
+
+
+def tip_turns(model: ReducedModel) -> Array:
+    """Return by how much each mode turns the tip [rad m^-1 kg^-0.5], (n_eta,); 0 where that is rounding.
+
+    As ``tip_moves`` of displacements: less than rounding of what turns the tip most, and of what moves it
+    most, at the end of the longest lever. A slider turns by rounding in whatever moves it.
+    """
+    column = np.linalg.norm(model.outputs.C_pos[model.outputs.rows("tip")[3:]], axis=0)
+    turned = float((column / np.sqrt(np.diag(model.M))).max())
+    least = UNMOVED * max(turned, _moved(model)[1] / LONGEST)
+    return np.where(column > least, column, 0.0)[model.n_theta :]
 
 
 def are_felt(model: ReducedModel, count: int | None = None) -> bool:
