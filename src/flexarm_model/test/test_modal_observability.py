@@ -10,7 +10,7 @@ from arms import arm, tree
 from scipy.linalg import eigh
 
 from flexarm_model.manipulator.sensor_spec import SensorSpec
-from flexarm_model.modal.candidates import candidate_config, noise
+from flexarm_model.modal.candidates import candidate_config, noise, sample_rates
 from flexarm_model.modal.observability import ENERGY, Swing, mode_reach, tip_energy
 from flexarm_model.served.linearize import linearize
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
@@ -53,6 +53,30 @@ def test_signals_are_amplitudes_of_the_stated_energy_over_the_noise() -> None:
     assert found.share[0] == pytest.approx([0.1 * a / 1e-6, 0.0, 2.0 * 30.0**2 * a / 0.1, 0.0])
     assert found.by(0) == ("gauge.left", "imu.y") and found.by(1) == ("gauge.up",)
     assert found.reached.tolist() == [True, True, False]
+
+
+def test_a_period_shows_what_least_squares_find_in_its_samples() -> None:
+    """A camera that a slow mode moves by 0.2 of its noise was said not to see it."""
+    sigma, n = {**SIGMA, "gauge.left": 1e-3, "imu.y": 1e6}, 60
+    energy = 0.5 * (30.0 * 2e-3) ** 2  # an amplitude of 2 mm, of which the gauge has a tenth
+    swing = Swing(energy=energy, rates={"gauge.left": n * 30.0 / (2 * np.pi)})
+    found = mode_reach(symmetric(), sigma, EFFORT, swing=swing)
+    phase = 2 * np.pi * np.arange(n) / n
+    phases = np.column_stack([np.cos(phase), np.sin(phase)])
+    noise_of_either = np.sqrt(np.diag(np.linalg.inv(phases.T @ phases)))
+    assert found.sensors.share[0, 0] == pytest.approx(0.2) and not found.sensors.reached[0]
+    assert 0.2 / noise_of_either == pytest.approx(np.full(2, found.over_period.share[0, 0]), rel=1e-9)
+    assert found.over_period.share[:, 1:] == pytest.approx(found.sensors.share[:, 1:])  # one sample there
+    assert found.verdict(0).startswith("mode 1, 4.775 Hz: seen by gauge.left over a period; driven by ")
+
+
+def test_sensors_without_a_rate_of_their_own_are_sampled_once_per_control_period() -> None:
+    config = arm("single_link")
+    rates = sample_rates(config)
+    assert set(rates) == set(noise(config)) and min(rates.values()) > 0.0
+    for sensor in config.sensors:
+        expected = sensor.rate_hz if sensor.rate_hz else config.rate_hz
+        assert {rates[f"{sensor.name}.{channel}"] for channel in sensor.channels} == {expected}
 
 
 def test_drive_is_the_quasi_static_push_at_full_torque_with_free_axes() -> None:

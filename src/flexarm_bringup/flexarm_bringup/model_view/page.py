@@ -16,7 +16,7 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.odd_materials import describe_odd_materials
 from flexarm_model.manipulator.sensor_kinds import SENSOR_KINDS
 from flexarm_model.manipulator.sensor_spec import SensorSpec
-from flexarm_model.modal.candidates import candidate_config, noise
+from flexarm_model.modal.candidates import candidate_config, noise, sample_rates
 from flexarm_model.modal.energy_shares import EnergyShares, energy_shares
 from flexarm_model.modal.modes import model_modes
 from flexarm_model.modal.observability import TIP_AMPLITUDE, ModeReach, Reach, Swing, mode_reach, tip_energy
@@ -35,6 +35,7 @@ TRIED = {  # ordinary MEMS sensors, where none of their kind is mounted; noise i
     kind: SensorSpec(kind, kind, "hand.held", ("x", "y", "z"), np.full(3, sigma))
     for kind, sigma in (("accelerometer", 0.03), ("gyroscope", 2e-3))
 }
+SEEN_LATER = "over a period"  # of modes that no single sample shows
 PUSH = 1.0  # N m or N, for axes without a limit
 
 
@@ -84,7 +85,7 @@ def analyse(tree: ReducedTree, model: ReducedModel, home: ReducedModel) -> Analy
         notes.append(f"no {sensor.kind} is mounted: {told}")
     candidates = candidate_config(config, extra)
     possible = _outputs(candidates, model), noise(candidates)
-    swing = Swing(energy=tip_energy(model))
+    swing = Swing(energy=tip_energy(model), rates=sample_rates(config))
     reach = mode_reach(model, noise(config), effort, possible, swing)
     notes.insert(0, _measure(reach, swing, is_felt=are_felt(model)))
     return Analysis(config, tree, model, home, energy_shares(tree, model), reach, tuple(notes))
@@ -164,24 +165,34 @@ def reach_table(analysis: Analysis) -> Table:
     columns = [Column("mode", ".0f"), Column("f [Hz]", ".5g"), *(Column(title) for title in titles)]
     rows: list[Cells] = []
     for k in range(reach.modes.omega.size):
-        seen, driven = bool(reach.sensors.reached[k]), bool(reach.motors.reached[k])
-        could: Cell = None if seen else _strongest(reach.possible, k) or "no place with these sensors"
+        seen, driven = _seen(reach, k), bool(reach.motors.reached[k])
+        could: Cell = None if seen is True else _strongest(reach.possible, k)
         rows.append(
             [
                 k + 1,
                 reach.modes.f_hz[k],
                 seen,
-                _strongest(reach.sensors, k),
-                could,
+                _strongest(reach.over_period if seen == SEEN_LATER else reach.sensors, k),
+                could or (None if seen else "no place with these sensors"),
                 driven,
                 _strongest(reach.motors, k),
             ]
         )
+    later = (
+        f"{SEEN_LATER[0].upper()}{SEEN_LATER[1:]}: what all samples of one period of the mode show, of which "
+        "one shows less than its noise; an estimator that follows the mode for longer sees it better."
+    )
     notes = [
         *analysis.notes,
+        *([later] if any(row[2] == SEEN_LATER for row in rows) else []),
         "Close modes are judged together: a row that sees one of a double mode alone does not count.",
     ]
     return Table("Who sees and who drives each mode", columns, rows, notes)
+
+
+def _seen(reach: ModeReach, mode: int) -> bool | str:
+    """Return whether a mode is seen in one sample, or in all of a period."""
+    return bool(reach.sensors.reached[mode]) or (bool(reach.over_period.reached[mode]) and SEEN_LATER)
 
 
 def _measure(reach: ModeReach, swing: Swing, is_felt: bool) -> str:

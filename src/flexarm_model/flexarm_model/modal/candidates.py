@@ -47,6 +47,15 @@ def noise(config: ManipulatorConfig) -> dict[str, float]:
     }
 
 
+def sample_rates(config: ManipulatorConfig) -> dict[str, float]:
+    """Return the samples per second of every row "sensor.channel" of a description [Hz]."""
+    return {
+        f"{sensor.name}.{channel}": sensor.rate_hz or config.rate_hz
+        for sensor in config.sensors
+        for channel in sensor.channels
+    }
+
+
 def _at_nodes(config: ManipulatorConfig, prototypes: Iterable[SensorSpec]) -> Iterator[SensorSpec]:
     """Yield copies of what sits at a node, at every node."""
     nodes = [(body, node) for body in config.bodies.values() for node in body.nodes]

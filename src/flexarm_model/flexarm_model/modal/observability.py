@@ -5,7 +5,8 @@ scaled with: its amplitude is ``a = sqrt(2 E) / omega``. A sensor row then reads
 
     signal = a |C_pos + j omega C_vel - omega^2 C_acc| phi / sigma
 
-and a motor at its limit changes the amplitude, in a quasi-static push, by the share::
+and in the n samples of a period, of which either phase of the swing has half, ``sqrt(n / 2)`` times that. A
+motor at its limit changes the amplitude, in a quasi-static push, by the share::
 
     drive = |psi' M^-1 B| tau_max / (omega^2 a)
 
@@ -16,8 +17,8 @@ of a double mode and never the other.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -78,18 +79,22 @@ class ModeReach:
         sensors: What the mounted sensors see.
         motors: What the motors drive.
         possible: What sensors that are not mounted would see.
+        over_period: What the mounted sensors see with all samples of a period of the mode.
     """
 
     modes: Modes
     sensors: Reach
     motors: Reach
     possible: Reach
+    over_period: Reach
 
     def verdict(self, mode: int) -> str:
         """Return one sentence on a mode, numbered from 0: who sees it, who could, who drives it."""
         could = ", ".join(self.possible.by(mode)) or "no sensor known here"
         seen = ", ".join(self.sensors.by(mode)) or "nothing mounted alone"
-        if not self.sensors.reached[mode]:
+        if not self.sensors.reached[mode] and self.over_period.reached[mode]:
+            seen = f"{', '.join(self.over_period.by(mode)) or 'all together'} over a period"
+        elif not self.sensors.reached[mode]:
             part = " (only a part of a multiple mode)" if self.sensors.by(mode) else ""
             seen = f"{seen}{part}; could be seen by {could}"
         driven = ", ".join(self.motors.by(mode)) or "no motor"
@@ -107,12 +112,14 @@ class Swing:
         seen: Signal over noise that is enough [1].
         driven: Share of the swing that is enough [1].
         locked: Modes with the actuated axes held, or free to recoil.
+        rates: Samples per second of sensor rows "sensor.channel" [Hz]; of others one sample counts.
     """
 
     energy: float = ENERGY
     seen: float = SEEN
     driven: float = DRIVEN
     locked: bool = True
+    rates: Mapping[str, float] = field(default_factory=dict)
 
 
 def mode_reach(
@@ -147,11 +154,13 @@ def mode_reach(
     drive = push.T @ np.linalg.solve(model.M, model.B) * effort / (modes.omega**2 * amplitude)[:, None]
     outputs, noise = possible or (model.outputs, {})
     others = {name: value for name, value in noise.items() if name not in sigma}
+    signals = _signals(model.outputs, sigma, modes, amplitude)
     return ModeReach(
         modes,
-        _reach(tuple(sigma), _signals(model.outputs, sigma, modes, amplitude), modes, swing.seen),
+        _reach(tuple(sigma), signals, modes, swing.seen),
         _reach(model.theta_names, drive, modes, swing.driven),
         _reach(tuple(others), _signals(outputs, others, modes, amplitude), modes, swing.seen),
+        _reach(tuple(sigma), signals * _gains(sigma, swing.rates, modes.omega), modes, swing.seen),
     )
 
 
@@ -185,6 +194,12 @@ def _signals(
     parts = (outputs.C_pos, outputs.C_vel, outputs.C_acc)
     read = sum((part[rows] @ modes.shapes) * s**power for power, part in enumerate(parts))  # (m, r)
     return np.asarray((read * amplitude).T / np.array(list(sigma.values())), dtype=complex)
+
+
+def _gains(rows: Iterable[str], rates: Mapping[str, float], omega: Array) -> Array:
+    """Return what all samples of a period show over what one does, (r, m); never less."""
+    rate = np.array([rates.get(row, 0.0) for row in rows])
+    return np.asarray(np.sqrt(np.maximum(rate * (2 * np.pi / omega)[:, None] / 2, 1.0)))
 
 
 def _reach(names: tuple[str, ...], values: NDArray[Any], modes: Modes, enough: float) -> Reach:
