@@ -18,6 +18,7 @@ from flexarm_model.manipulator.description import Joint, ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.closure_error import ClosureError
 
 SECONDS = 10.0
 TWO_LINK = Path(__file__).resolve().parents[3] / "docs" / "two_link.yaml"
@@ -121,6 +122,15 @@ def test_an_open_arm_that_turns_fast_keeps_its_energy_to_second_order(share: flo
 def test_a_loop_of_rigid_bodies_is_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sim", str(RIGID_LOOP), "--nominal"]) == 2
     assert "'rigid_four_bar': a loop without any elastic mode" in capsys.readouterr().err
+
+
+def test_an_arm_that_is_driven_apart_says_that_it_was_driven_there() -> None:
+    """A run that was unstable ended with "out of reach: try one nearer to home", as if of a goal."""
+    config = load_config(find_manipulator("planar_3rrr"))
+    plant = Plant(config, 1.0 / config.rate_hz)
+    with pytest.raises(ClosureError, match="was driven there.*'flexarm margins'"):
+        for _ in range(200):
+            plant.drive(1e5 * np.array([1.0, -1.0, 1.0]))
 
 
 @pytest.mark.parametrize("served", [0, 1, 9])

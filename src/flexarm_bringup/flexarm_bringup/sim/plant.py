@@ -20,6 +20,7 @@ from flexarm_bringup.sim.perturb import PlantSettings, perturb
 from flexarm_bringup.sim.spring_change import at_points
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -27,6 +28,7 @@ Array = NDArray[np.float64]
 MOST_EXPLICIT = 60  # substeps per period; with more of them implicit steps are faster
 RESOLUTION = 0.5  # rad that the fastest served mode turns in a step: 2 % slower there, 0.1 % at a quarter
 COARSE = 1.05  # rad of others below half the control rate: 9 % slower at most, whatever is served
+_DRIVEN = "the simulated arm was driven there, as by a law that makes it unstable: see 'flexarm margins'"
 
 
 class Steps(Protocol):
@@ -95,8 +97,15 @@ class Plant:
         return self.v[self.tree.actuated]
 
     def drive(self, tau: Array) -> None:
-        """Advance one period under torques held constant, (n_theta,)."""
-        self.q, self.v, self.a = self._steps.drive(self.q, self.v, tau)
+        """Advance one period under torques held constant, (n_theta,).
+
+        Raises:
+            ClosureError: They have driven it to where its loops do not close.
+        """
+        try:
+            self.q, self.v, self.a = self._steps.drive(self.q, self.v, tau)
+        except ClosureError as error:
+            raise ClosureError(f"{error}; {_DRIVEN}") from None
 
     def servo(self, acceleration: Array) -> None:
         """Advance one period with the actuated axes accelerated as prescribed, (n_theta,)."""
