@@ -28,7 +28,6 @@ def rms(trace: Trace) -> float:
     ("name", "zero", "worth"),
     [
         ("single_link", 2e-6, 3.0),
-        pytest.param("planar_3rrr", 20e-6, 1.2, marks=pytest.mark.slow),
         pytest.param("spatial_3tpt", 20e-6, 2.0, marks=pytest.mark.slow),
         pytest.param("serial_6r", 20e-6, 10.0, marks=pytest.mark.slow),
     ],

@@ -153,8 +153,10 @@ class ConsistencyRun:
         window, parts, data = self._window, self._window.parts[0], self._data
         room = make_room(data, parts.layout.n_x, self._step(1).V.shape[1])
         room.x[parts.layout.theta], room.x[parts.layout.p] = window.theta, window.learned
+        room.P[:], b = parts.process.P0, parts.layout.b
+        if window.biases is not None and window.biases.shape[1] == b.stop - b.start:
+            room.x[b], room.P[b, b] = window.biases[0], np.diag(window.biases[1])
         room.X[:, : len(data.hypotheses.all)] = room.x[:, None]
-        room.P[:] = parts.process.P0
         room.variance.fill(1.0)
         return room
 

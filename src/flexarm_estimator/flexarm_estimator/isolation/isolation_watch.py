@@ -38,7 +38,7 @@ from flexarm_estimator.isolation.isolation import say
 from flexarm_estimator.isolation.second_opinion import BEYOND_CHANCE, CLOSE_BEYOND_CHANCE, SecondOpinion
 from flexarm_estimator.isolation.suspicion import Suspicion
 from flexarm_estimator.isolation.window import StepMaker
-from flexarm_estimator.isolation.window_reading import Entry
+from flexarm_estimator.isolation.window_reading import Entry, entry_of
 from flexarm_estimator.judging.short_term import HELD
 from flexarm_estimator.judging.switched_channels import have_same_channels
 from flexarm_estimator.measurement import Measurement
@@ -78,7 +78,7 @@ class IsolationWatch(Watch):
             self._maker = StepMaker(_RESOLUTION, self._channels.most)
             self._excitation = Excitation(self._channels, _LENGTH)
             rearrangements(self._channels, self._channels.everybody)  # now, not in the middle of a motion
-        self._theta, self._learned = parts.layout.theta, parts.layout.p
+        self._learned = parts.layout.p
 
     def retune(self, specs: tuple[SensorSpec, ...]) -> None:
         """See Watch; the channels are made anew with the parts that follow."""
@@ -112,7 +112,7 @@ class IsolationWatch(Watch):
             return ()
         x = view.belief.x
         learned = self._learned_before(x) if self._parts.layout.n_p else ()
-        self._ring.append(Entry(view.t, view.u, x[self._theta].copy(), learned, _not_held(view), self._parts))
+        self._ring.append(entry_of(view, self._parts, learned, _not_held(view)))
         self._ticks += 1
         if self._ticks % _EVERY == 0:
             self._suspicion.note(view, self._ticks, self._channels.spans, self._blamed)

@@ -35,6 +35,7 @@ class Window:
         parts: Model in use at each.
         theta: Axes at the start, a guess [rad] or [m], (n_theta,).
         learned: Parameters of the model as learned, a guess, (n_p,).
+        biases: Mean and variance of the biases at the start, (2, n_b); None: as little known as ever.
     """
 
     t: Array
@@ -43,6 +44,7 @@ class Window:
     parts: list[Parts]
     theta: Array
     learned: tuple[float, ...] = ()
+    biases: Array | None = None
 
     @cached_property
     def periods(self) -> list[float]:

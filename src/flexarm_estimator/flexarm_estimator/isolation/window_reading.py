@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.isolation.channels import Channels
+from flexarm_estimator.isolation.known_biases import known_biases, told_biases
 from flexarm_estimator.isolation.window import Window
 from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.parts import Parts
+from flexarm_estimator.watches.watch import View
 
 Array = NDArray[np.float64]
 _AT_A_TIME = 20  # samples that are read in one piece
@@ -26,6 +28,7 @@ class Entry(NamedTuple):
         t: [s].
         u: [tau; 1] held until then, (n_u + 1,).
         theta: Axes as estimated [rad] or [m], (n_theta,).
+        biases: Mean and variance of the sensors' biases, (2, n_b).
         learned: Parameters of the model as learned, (n_p,).
         samples: Of all sensors.
         parts: Model in use.
@@ -34,9 +37,16 @@ class Entry(NamedTuple):
     t: float
     u: Array
     theta: Array
+    biases: Array
     learned: tuple[float, ...]
     samples: Sequence[Measurement]
     parts: Parts
+
+
+def entry_of(view: View, parts: Parts, learned: tuple[float, ...], samples: Sequence[Measurement]) -> Entry:
+    """Return what a tick leaves behind: ``learned`` (n_p,) of the model, and the samples that count."""
+    theta = view.belief.x[parts.layout.theta].copy()
+    return Entry(view.t, view.u, theta, told_biases(view.belief, parts), learned, samples, parts)
 
 
 def read_window(
@@ -51,7 +61,7 @@ def read_window(
     """
     t, u, parts = [-math.inf], list[Array](), list[Parts]()
     y, taken, count, entry = channels.silence(len(entries)), 0, len(entries), entries[0]
-    start = entry.theta
+    start = entry
     while entries:  # letting go of all at once in the end would take longer than a piece
         entry = entries.popleft()
         for sensor, stamp, said, _ in entry.samples:
@@ -72,4 +82,5 @@ def read_window(
     yield
     if len(u) < count // 2:
         return None
-    return Window(np.array(t[1:]), u, y[: len(u)], parts, start, entry.learned)
+    biases = known_biases(start.biases, start.parts, channels)
+    return Window(np.array(t[1:]), u, y[: len(u)], parts, start.theta, entry.learned, biases)
