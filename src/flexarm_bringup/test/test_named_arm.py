@@ -13,6 +13,7 @@ from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.bags.named_arm import NamedArm, open_bag
+from flexarm_bringup.tasks.task import find_task
 from flexarm_model.settings.strict_yaml import ConfigError
 
 pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
@@ -30,8 +31,21 @@ def silent(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_arm_that_is_named_is_the_one_of_the_bag_with_the_settings_of_its_moves(silent: Path) -> None:
-    config, settings = configuration(open_bag(silent, arm=NamedArm("single_link")))
+@pytest.fixture(scope="module")
+def moves(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a moves file of the arm as it was described when the golden bag was recorded."""
+    folder = tmp_path_factory.mktemp("arm")
+    arm, path = folder / "single_link.yaml", folder / "moves.yaml"
+    arm.write_text(check_bag(GOLDEN).custom["description"], encoding="utf-8")
+    shipped = find_task("single_link").read_text(encoding="utf-8")
+    path.write_text(shipped.replace("manipulator: single_link", f"manipulator: {arm}"), encoding="utf-8")
+    return path
+
+
+def test_the_arm_that_is_named_is_the_one_of_the_bag_with_the_settings_of_its_moves(
+    silent: Path, moves: Path
+) -> None:
+    config, settings = configuration(open_bag(silent, arm=NamedArm(str(moves))))
     said = configuration(check_bag(GOLDEN))[0]
     assert (config.config_id, config.preset) == (said.config_id, said.preset)
     assert settings["estimator"]["stiffness_modes"] == 2 and settings["controller"]["delay_periods"] == 2
@@ -57,8 +71,8 @@ def test_every_command_on_bags_says_how_to_name_the_arm_and_takes_it(
     assert "says of which arm it is" in capsys.readouterr().err
 
 
-def test_a_named_bag_is_replayed(silent: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["replay", str(silent), "--manipulator", "single_link"]) == 0
+def test_a_named_bag_is_replayed(silent: Path, moves: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["replay", str(silent), "--manipulator", str(moves)]) == 0
     assert "/flexarm/modal_state" in capsys.readouterr().out
 
 
