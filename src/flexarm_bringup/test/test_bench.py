@@ -114,7 +114,7 @@ def test_nothing_is_said_of_competitors_when_all_were_measured(monkeypatch: pyte
     [
         ("estimator step, single link", "(60 us wanted)", ["single_link_estimator_median_us"]),
         ("the same, two-link arm", "(100 us wanted)", ["two_link_estimator_median_us"]),
-        ("the same, 6R, 35 states", "(250 us wanted)", ["serial_6r_estimator_median_us"]),
+        ("the same, 6R, 39 states", "(250 us wanted)", ["serial_6r_estimator_median_us"]),
         ("MPC step, 8 states", "(80 / 250 us wanted)", ["8_states_mpc_median_us", "8_states_mpc_p99_us"]),
         (
             "the same, 18 states, 3 inputs",

@@ -70,7 +70,7 @@ def test_doubling_gives_the_covariance_that_filterpy_has_after_as_many_periods(a
 def test_a_period_of_a_filter_that_has_run_long_is_the_settled_filter(arm):
     estimator = estimator_of(arm)
     settled, slow = settled_filter(estimator, DT), Stepwise(estimator)
-    for _ in range(4096):
+    for _ in range(16384):
         slow.step()
     at_rest, P = slow.belief.x.copy(), slow.belief.P
     rng = np.random.default_rng(4)
@@ -81,7 +81,7 @@ def test_a_period_of_a_filter_that_has_run_long_is_the_settled_filter(arm):
     moved = slow.belief.x - at_rest
     parts = settled.F @ before, settled.G @ [torque], settled.L @ y
     size = sum(abs(part) for part in parts)
-    # 20 s: only the offset of the accelerometer is still being learned, a thousandth of its size here
+    # 82 s: only the biases are still being learned, a thousandth of their size here
     assert (abs(moved - sum(parts)) <= 1e-3 * size).all()
 
 
