@@ -2,8 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from flexarm_model.bodies import kept_beams
+from flexarm_model.bodies.beam_superelement import reduce_beam
 from flexarm_model.bodies.body_reduction import KeptReductions, reduce_body, reduce_to_first_order
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -34,3 +37,21 @@ def test_a_body_that_cannot_be_reduced_is_a_fault_of_the_configuration():
     for reduce in (reduce_body, reduce_to_first_order, KeptReductions()):
         with pytest.raises(ConfigError, match="body 'strip': 900 modes asked for"):
             reduce(many, ["root", "tip"])
+
+
+def test_beams_of_one_make_are_reduced_once_and_nobody_writes_into_them(monkeypatch):
+    reduced = []
+    monkeypatch.setattr(kept_beams, "_KEPT", {})
+    count = lambda *a, **k: reduced.append(a[0]) or reduce_beam(*a, **k)  # noqa: E731
+    monkeypatch.setattr(kept_beams, "reduce_beam", count)
+    one, twin = reduce_body(STRIP, ["tip"]), reduce_body(replace(STRIP, name="twin"), ["tip"])
+    assert (one.name, twin.name, len(reduced)) == ("strip", "twin", 1)
+    for part in (one, *one.nodes.values()):
+        assert not any(x.flags.writeable for x in vars(part).values() if isinstance(x, np.ndarray))
+    reduce_body(STRIP, ["root", "tip"])
+    reduce_body(replace(STRIP, damping_time=1e-5), ["tip"])
+    reduce_to_first_order(STRIP, ["tip"])
+    assert len(reduced) == 4
+    for k in range(100):
+        reduce_body(replace(STRIP, damping_time=1e-5 * k), ["tip"])
+    assert len(kept_beams._KEPT) == kept_beams._MOST

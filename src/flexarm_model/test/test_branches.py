@@ -44,6 +44,16 @@ def test_a_pose_that_takes_finer_steps_is_not_out_of_reach(pose: list[float]) ->
     assert close_at(planar, np.array(pose)) == pytest.approx(crept(planar, np.array(pose)), abs=1e-9)
 
 
+def test_only_the_step_that_fails_is_gone_again_in_finer_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pose out of reach took the way again in steps of 0.01 and 0.001 from home: 632 closings."""
+    five_bar, closings = tree("five_bar"), []
+    closed = five_bar.closed
+    monkeypatch.setattr(five_bar, "closed", lambda q: closings.append(q) or closed(q))
+    with pytest.raises(ClosureError, match="do not close"):
+        close_at(five_bar, np.array([3.7, 1.0]))
+    assert len(closings) < 60
+
+
 @pytest.fixture
 def parallelogram(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ReducedTree:
     """Return a linkage whose branches, parallel and crossed, meet where it lies flat: at 0 and 180 deg."""

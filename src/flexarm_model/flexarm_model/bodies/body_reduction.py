@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_model.bodies.beam_superelement import reduce_beam
+from flexarm_model.bodies.kept_beams import reduce_kept
 from flexarm_model.bodies.scaled_superelement import Scales, scale_superelement
 from flexarm_model.bodies.sid_file import read_sid
 from flexarm_model.bodies.superelement import NodeShape, Superelement
@@ -97,8 +97,8 @@ def _read_superelement(body: SuperelementBody, interfaces: Collection[str]) -> S
 
 _REDUCERS: dict[type, Reducer] = {
     RigidBody: _reduce_rigid,
-    Beam: reduce_beam,
+    Beam: reduce_kept,
     ImportedBody: _reduce_imported,
     SuperelementBody: _read_superelement,
 }
-_FIRST_ORDER: dict[type, Reducer] = {**_REDUCERS, Beam: partial(reduce_beam, second_order=False)}
+_FIRST_ORDER: dict[type, Reducer] = {**_REDUCERS, Beam: partial(reduce_kept, second_order=False)}
