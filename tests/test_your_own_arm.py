@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,10 @@ from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim_run.conditions import NOMINAL
 from flexarm_bringup.sim_run.study import loop_settings, sim_jobs
 from flexarm_bringup.tasks.task_for import task_for
+from flexarm_controller.joint_loop import JointLoop
+from flexarm_controller.joint_pd import JointPd
 from flexarm_controller.reference import Reference
-from flexarm_controller.settings import ControllerConfig
+from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.motion.profiles import Trapezoid
 from flexarm_model.reading.config import load_config
@@ -53,6 +56,21 @@ def test_the_moves_file_of_the_walk_through_can_be_used(tmp_path: Path) -> None:
     assert len(sim_jobs(task, task.presets, [NOMINAL])) == 1
     assert task.settings["estimator"] == task_for(str(ARM)).settings["estimator"]
     assert task.settings["schedule"] == {"angle": 0.1}
+
+
+@pytest.mark.parametrize(("thicker", "softer"), [(1.0, 1.0), (1.6, 1.0), (1.6, 0.5)])
+def test_joint_pd_holds_it_in_a_vertical_plane(tmp_path: Path, thicker: float, softer: float) -> None:
+    """Of stiffer links they were lowered to nothing: with all the damping none bear modes and gravity."""
+    text = ARM.read_text(encoding="utf-8").replace("[0 m/s^2, 0 m/s^2,", "[0 m/s^2, -9.81 m/s^2,")
+    for depth in (5, 4):
+        text = text.replace(f"along_y: {depth} mm", f"along_y: {thicker * depth} mm")
+    (tmp_path / "arm.yaml").write_text(text, encoding="utf-8")
+    model, settings = linearize(ReducedTree(load_config(tmp_path / "arm.yaml"))), ControllerConfig(law="pd")
+    settings = replace(settings, pd_damping=softer * settings.pd_damping)
+    pd = JointPd(model, settings, MpcConfig())
+    assert JointLoop(model, settings.period, 1).bears(pd.K_p, pd.K_d)
+    assert pd.frequency.min() > 0.1 * pd.wanted.min()
+    assert pd.damping_ratio <= settings.pd_damping
 
 
 @pytest.mark.slow

@@ -151,6 +151,17 @@ def test_mpc_is_held_to_shapers_that_have_motors_and_the_others_are_told() -> No
     assert [check.passed for check in checks] == [True, True, True]
 
 
+def test_shapers_that_nobody_could_follow_are_a_bound_that_is_missed() -> None:
+    """Joint PD fell on every one: there was no acceptance at all, and exit code 0."""
+    task, off = replace(task_for("single_link"), compare=Comparison()), (-0.1, 0.1)
+    rows = [result(SERVO, WORST, 2.0), *(result(MPC, WORST, 0.1, error) for error in off)]
+    fallen = [replace(result(PD, "ZVD", 0.1, error), stopped="velocity") for error in off]
+    checks = all_checks(task, [*rows, *fallen])
+    assert [(check.found, check.passed) for check in checks] == [("none: joint PD was stopped", False)] * 2
+    once = all_checks(task, [*rows, fallen[0], result(PD, "ZVD", 0.2, 0.1)])
+    assert [check.passed for check in once] == [True, False]
+
+
 @pytest.mark.parametrize(
     ("bound", "left", "passed"), [(0.0, 1.9, True), (0.0, 2.1, False), (-20.0, 1.9, False)]
 )
@@ -206,7 +217,8 @@ def test_a_run_that_was_stopped_is_told_and_wins_nothing(case: Case) -> None:
     assert checks[MPC]["MPC is never stopped"].found == "4"
     missed = [check.found for check in checks[LQR].values() if not check.passed]
     assert missed == ["none: LQG was stopped"]
-    assert not any("shaper" in name for name in checks[PD])  # no shaper that MPC could be held to
+    unjudged = [check for name, check in checks[PD].items() if "shaper" in name]  # nothing to hold MPC to
+    assert [(check.found, check.passed) for check in unjudged] == [("none: joint PD was stopped", False)] * 2
     config = replace(load_config(find_manipulator("single_link"), "geared"), fitted=())
     page = build_page(case, config, laws[MPC], None)
     assert all(page.remarks.values())  # no heading above nothing

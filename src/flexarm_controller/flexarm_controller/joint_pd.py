@@ -10,7 +10,8 @@ needs: gravity and springs at the reference, friction, inertia; modes follow sta
 well above it lets them ring. ``w`` also stays below what the control period can follow, and is lowered until
 the loop would bear twice the gains, with its delay and latency (a share of a period counts as a whole one)
 and with the modes of the served model: a light motor on a heavy link would excite them. Where that leaves too
-little against gravity, or against springs that push an axis away, only the axes that grow are lowered.
+little against gravity, or against springs that push an axis away, only the axes that grow are lowered, and
+where that leaves too little, too, all is tried again with less damping: it is what excites modes most.
 Nothing is known here of the modes' state, of the unmodelled torque or of the future.
 """
 
@@ -33,6 +34,7 @@ Array = NDArray[np.float64]
 FASTEST = 0.2  # of the joint loop [rad per control period]: about 60 degrees of phase are left with delay
 LOWER = 0.8  # factor between two tries
 TRIES = 40
+SOFTER = (1.0, 0.7, 0.5, 0.35, 0.25)  # of the damping ratio, one after the other
 
 
 class JointPd:
@@ -43,6 +45,7 @@ class JointPd:
         frequency: Undamped natural frequencies of the joint loops [rad/s], (n_theta,).
         K_p: Torque per position error, (n_theta,).
         K_d: Torque per velocity error, (n_theta,).
+        damping_ratio: Of the joint loops, at most that of the settings [1].
     """
 
     def __init__(self, model: ReducedModel, config: ControllerConfig, mpc: MpcConfig) -> None:
@@ -56,17 +59,25 @@ class JointPd:
         slowest = model.omega[0] if model.n_eta else np.inf
         self.wanted = np.full(model.n_theta, min(config.pd_bandwidth * slowest, FASTEST / config.period))
         loop = JointLoop(model, config.period, torques_kept(mpc, config.period))
-        self._inertia, self._damping_ratio = np.diag(model.M)[: model.n_theta], config.pd_damping
-        self._tune(loop, lambda: np.ones(model.n_theta, bool))
-        if not loop.bears(self.K_p, self.K_d):
-            self._tune(loop, lambda: np.arange(model.n_theta) == self._culprit(loop))
+        self._inertia = np.diag(model.M)[: model.n_theta]
+        for share in (*SOFTER, 1.0):  # where none bears it, as hard as asked for: the margins tell
+            self.damping_ratio = share * config.pd_damping
+            if self._is_tuned(loop):
+                break
         self._equilibrium = build_equilibrium(model)
         whole, share = split_delay(mpc, config.period)
         self._ahead = np.array([0.0, (whole + share) * config.period])
 
     def gains(self, frequency: Array) -> tuple[Array, Array]:
         """Return K_p and K_d of frequencies [rad/s], (n_theta,) each."""
-        return frequency**2 * self._inertia, 2.0 * self._damping_ratio * frequency * self._inertia
+        return frequency**2 * self._inertia, 2.0 * self.damping_ratio * frequency * self._inertia
+
+    def _is_tuned(self, loop: JointLoop) -> bool:
+        """Lower the frequencies with the damping ratio at hand; return whether the loop bears the gains."""
+        self._tune(loop, lambda: np.ones(self.wanted.size, bool))
+        if not loop.bears(self.K_p, self.K_d):
+            self._tune(loop, lambda: np.arange(self.wanted.size) == self._culprit(loop))
+        return loop.bears(self.K_p, self.K_d)
 
     def _tune(self, loop: JointLoop, to_lower: Callable[[], NDArray[np.bool_]]) -> None:
         """Lower axes from the frequencies that are wanted until the loop bears twice the gains."""

@@ -107,7 +107,13 @@ class ControllerConfig:
     pd_bandwidth: float = parameter(
         1 / 3, "Natural frequency of the joints under law pd, by the slowest mode's.", "1", 0.01, 100.0
     )
-    pd_damping: float = parameter(0.7, "Damping ratio of the joints under law pd.", "1", 0.05, 10.0)
+    pd_damping: float = parameter(
+        0.7,
+        "Damping ratio of the joints under law pd; less where only that bears twice the gains.",
+        "1",
+        0.05,
+        10.0,
+    )
     rest_velocity: float = parameter(
         0.01, "Joint velocity below which damping becomes hold.", "rad/s or m/s", minimum=1e-6
     )

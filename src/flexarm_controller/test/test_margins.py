@@ -243,6 +243,17 @@ def test_verdict_says_what_helps_a_mode_that_is_served_or_not(light_hub, served,
     assert "?" not in verdict([torques], MarginConfig(torque_gain_margin_db=60.0), DT, served)
 
 
+@pytest.mark.parametrize("path", ["mode_1", ALL_TORQUES])
+def test_what_helps_joint_pd_is_its_own_setting(light_hub, path):
+    """The weight of MPC was named, which joint PD does not have."""
+    case = examine(loop_of(light_hub), np.zeros(1), 0.0, DT)
+    low = replace(case, margins=(case.margin(path),))
+    wanted = MarginConfig(gain_margin_db=60.0, torque_gain_margin_db=60.0)
+    said = verdict([low], wanted, DT, ("mode_1",), "pd")
+    assert "controller.pd_bandwidth" in said
+    assert "mpc." not in said
+
+
 def test_verdict_wants_less_where_frequencies_are_off(light_hub):
     cases = [examine(loop_of(light_hub, error), np.zeros(1), error, DT) for error in (-0.1, 0.0)]
     found = min(case.margin("mode_1").gain.decibels for case in cases)

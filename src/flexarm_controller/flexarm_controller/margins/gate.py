@@ -100,7 +100,8 @@ class Gate:
             look = self.look(model, filter_)
         except (ValueError, np.linalg.LinAlgError) as error:
             return f"margins: {error}"
-        said = verdict(look.cases, self._config, self._inputs.config.period, model.eta_names)
+        law = self._inputs.config
+        said = verdict(look.cases, self._config, law.period, model.eta_names, law.law)
         said = said or firm_verdict(look.firm, self._config)
         return said and said + unread(self._arm)
 

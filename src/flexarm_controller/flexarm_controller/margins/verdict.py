@@ -53,7 +53,9 @@ def shortfalls(cases: Iterable[Case], config: MarginConfig, dt: float) -> list[S
     return sorted(found, key=lambda item: item.share)
 
 
-def verdict(cases: Sequence[Case], config: MarginConfig, dt: float, served: Container[str]) -> str:
+def verdict(
+    cases: Sequence[Case], config: MarginConfig, dt: float, served: Container[str], law: str = "mpc"
+) -> str:
     """Return why the arm must not move, naming the mode and what helps; empty when it may.
 
     Args:
@@ -61,6 +63,7 @@ def verdict(cases: Sequence[Case], config: MarginConfig, dt: float, served: Cont
         config: What is wanted.
         dt: Control period [s].
         served: Names of the modes that the controller knows.
+        law: Whose settings may help.
     """
     found = shortfalls(cases, config, dt)
     if not found:
@@ -69,7 +72,7 @@ def verdict(cases: Sequence[Case], config: MarginConfig, dt: float, served: Cont
     more = f" (and {others} more)" if others else ""
     pose = ", ".join(f"{value:.4g}" for value in case.pose)
     at = f"{spoken_error(case.frequency_error)}, pose ({pose})"
-    return f"margins: {found[0].text}, {at}{more}{_remedy(found[0].name, served)}"
+    return f"margins: {found[0].text}, {at}{more}{_remedy(found[0].name, served, law)}"
 
 
 def firm_shortfalls(cases: Iterable[ShortCase], config: MarginConfig) -> list[tuple[float, ShortCase, str]]:
@@ -127,9 +130,12 @@ def spoken_error(frequency_error: float) -> str:
     return f"frequencies {frequency_error * PERCENT:+.0f} %" if frequency_error else "as described"
 
 
-def _remedy(name: str, served: Container[str]) -> str:
-    """Return what helps a mode, as docs/margins.md has it; nothing is known for other paths."""
-    if not name.startswith("mode"):
+def _remedy(name: str, served: Container[str], law: str) -> str:
+    """Return what helps a mode, as docs/margins.md has it, or joint PD; nothing is known for other paths."""
+    is_mode = name.startswith("mode")
+    if law == "pd" and (name in served or not is_mode):
+        return "; joint PD: another controller.pd_bandwidth or controller.pd_damping, or law mpc?"
+    if not is_mode:
         return ""
     if name in served:
         return f"; {spoken(name)} is served: a larger mpc.modal_energy, fewer estimator.stiffness_modes?"
