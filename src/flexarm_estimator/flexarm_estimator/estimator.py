@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.adoption import carry_over
+from flexarm_estimator.biases.pulled_plugs import PulledPlugs
 from flexarm_estimator.clock import Clock
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.exclusion.fault_exclusion import FaultExclusion
@@ -80,8 +81,7 @@ class Estimator:
         self._delays, self._horizon = StampDelays(sensors), horizon_of(config)
         self._watches = Watches(sensors, config, self._delays)
         self._use(self.prepare(model))
-        axes = {name: model.axes for name, model in self._parts.sensors.all().items()}
-        self.health = Health(sensors, axes, config)
+        self.health = Health(sensors, {name: m.axes for name, m in self._parts.sensors.all().items()}, config)
         self._exclusion = FaultExclusion(self._gate, self.health, config.distrust)
         self._u = np.append(np.zeros(model.n_theta), 1.0)
         self._clock, self._t, self._began, self._is_known = Clock(), 0.0, 0.0, False
@@ -103,6 +103,7 @@ class Estimator:
         """
         trouble = self._follow_clock(t) + self._take_torque(tau)
         history = self._history
+        self._plugs.unlearn(history, self._parts, self._t)
         first = history.advance(self._t, self._u)
         arrived = self._delays.undo(measurements)
         samples, scan, singles = self._reception.admit(arrived, self._t, history.oldest)
@@ -116,10 +117,9 @@ class Estimator:
         now, is_ordinary = history.now, all([verdict.is_accepted for verdict in verdicts])
         seen = self._t, self._u, now.belief, samples, verdicts, now.inputs, is_ordinary, history.instants
         self._heed(View(*seen))
-        self._history.forget(self._gate.needs(self._t))
-        estimate = self._estimate(trouble)
-        self.told = estimate, self._parts
-        return estimate
+        history.forget(self._gate.needs(self._t))
+        self.told = self._estimate(trouble), self._parts
+        return self.told[0]
 
     def prepare(self, model: ReducedModel) -> Parts:
         """Build what belongs to a model ahead of its time.
@@ -193,6 +193,7 @@ class Estimator:
         self._t = self._began = t
         self._history = History(Instant(t - _START, self._u, self._parts, belief), self.config.history)
         self._reception = Reception(self.specs, self.config, self.health)
+        self._plugs = PulledPlugs(self.specs, self.health)
         self.health.restart(t, is_contested)
         self._gate.restart()
         self._exclusion.restart(t)

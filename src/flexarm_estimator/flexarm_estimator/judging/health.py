@@ -178,6 +178,11 @@ class Health:
                 record.newest_valid = sample.t
         return sound
 
+    def silence(self, sensor: str, t: float) -> float:
+        """Return for how long a known sensor has said nothing that may be used, whatever it says [s]."""
+        record = self._records[sensor]
+        return t - (record.newest_accepted if record.is_off else record.newest_valid)
+
     def is_off(self, sensor: str) -> bool:
         """Return whether a known sensor is switched off."""
         return self._records[sensor].is_off
@@ -203,13 +208,11 @@ class Health:
             return ("lost" if self._has_started else "starting"), "; ".join(reasons)
         self._has_started = True
         doubts = [f"{r.name}: {r.reason}" for r in reports if r.reason and self._is_doubtful(r)]
-        if trouble:
-            doubts.append(trouble)
+        doubts += [trouble] if trouble else []
         return ("degraded", "; ".join(doubts)) if doubts else ("ok", "")
 
     def _note_soundness(self) -> None:
-        records = self._records.values()
-        self.is_all_sound = not any(record.is_off or record.faults for record in records)
+        self.is_all_sound = not any(record.is_off or record.faults for record in self._records.values())
 
     def _why_lost(self, t: float, tip_sigma: float) -> str:
         is_usable, locating = False, 0
