@@ -12,7 +12,7 @@ from flexarm_bringup.closed_loop import LoopSettings, run_loop
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim.sensor_faults import SensorFault
+from flexarm_bringup.sim.sensor_faults import FaultLine, SensorFault
 from flexarm_bringup.sim_run.conditions import CONDITIONS, NOMINAL
 from flexarm_bringup.sim_run.study import loop_settings, sim_jobs
 from flexarm_bringup.tasks.course import Course
@@ -270,6 +270,30 @@ def test_faults_of_the_six_axis_arm_are_named_within_a_second_of_its_lap(fault):
     faults, words = LAP[fault]
     found = arm("serial_6r").run("mpc", faults=from_the_move(faults, "serial_6r"), end=1.6, words="")
     assert_named(found, faults, words, 0.52 + 1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("law", "words"), [("mpc", "swapped with"), ("pd", "sign is flipped")])
+def test_bridges_that_are_not_zeroed_hide_no_fault(monkeypatch, law, words):
+    """Off by 20 ustrain in turn up and down: what is swapped from the move on, or flipped from the start.
+
+    The biases had swallowed both.
+    """
+    flipped = {"lower_arm_strain_y": replace(SIGN, start=0.0)}
+    faults = from_the_move(LAP["swapped gauges"][0], "serial_6r") if law == "mpc" else flipped
+    gauges = [spec.name for spec in arm("serial_6r").tree.config.sensors if spec.kind == "strain_gauge"]
+    zero = {gauge: 20e-6 * (-1) ** i for i, gauge in enumerate(gauges)}
+    carry = FaultLine.carry
+
+    def carry_off(line, arrival):
+        """The zero is that of the bridge, before its plug."""
+        off = arrival.sample.y + zero.get(line.spec.name, 0.0)
+        return carry(line, arrival._replace(sample=arrival.sample._replace(y=off)))
+
+    monkeypatch.setattr(FaultLine, "carry", carry_off)
+    every = {gauge: SensorFault("ok") for gauge in gauges} | faults
+    found = arm("serial_6r").run(law, faults=every, end=1.6, words="")
+    assert_named(found, faults, words, arm("serial_6r").course.legs[0].start + 1.0)
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from flexarm_estimator.isolation.cross_check import is_borne_out
 from flexarm_estimator.isolation.hypotheses import FLIPPED, SWAPPED, Rearrangement
+from flexarm_estimator.isolation.known_biases import KnownBiases
 from flexarm_estimator.isolation.window import Window
 
 K = 60
@@ -23,8 +24,8 @@ def predicted(seed):
     return np.random.default_rng(seed).standard_normal((K, 3)) * [5e-6, 5e-6, 0.3]
 
 
-def judge(blamed, said, expected, spread=1.0):
-    window = Window(np.arange(K) * 5e-3, [np.zeros(1)] * K, said, [], np.zeros(1))
+def judge(blamed, said, expected, spread=1.0, biases=None):
+    window = Window(np.arange(K) * 5e-3, [np.zeros(1)] * K, said, [], np.zeros(1), (), biases)
     run = SimpleNamespace(predicted=expected, variance=np.tile(SIGMA**2, (K, 1)) * spread**2)
     return is_borne_out(blamed, run, window)
 
@@ -66,3 +67,12 @@ def test_others_that_can_hardly_tell_bear_nothing_out():
     swapped = z[:, [2, 1, 0]]
     assert judge(SWAP, swapped, z, spread=1e-4)
     assert not judge(SWAP, swapped, z)
+
+
+def test_biases_that_were_learned_go_along_with_what_is_put_right():
+    """A flipped gauge of a bridge that is not zeroed: -z + b, where the others expect z + b."""
+    z, bias = predicted(5), np.array([40e-6, -30e-6, 0.0])
+    known = KnownBiases(bias[:2], np.zeros(2), np.array([0, 1]))
+    assert judge(FLIP, z * [1.0, -1.0, 1.0] + bias, z + bias, biases=known)
+    assert not judge(FLIP, z + bias, z + bias, biases=known)
+    assert not judge(FLIP, z * [1.0, -1.0, 1.0] + bias, z + bias)  # without them 30 sigmas speak against it

@@ -154,9 +154,10 @@ class ConsistencyRun:
         room = make_room(data, parts.layout.n_x, self._step(1).V.shape[1])
         room.x[parts.layout.theta], room.x[parts.layout.p] = window.theta, window.learned
         room.P[:], b = parts.process.P0, parts.layout.b
-        if window.biases is not None and window.biases.shape[1] == b.stop - b.start:
-            room.x[b], room.P[b, b] = window.biases[0], np.diag(window.biases[1])
         room.X[:, : len(data.hypotheses.all)] = room.x[:, None]
+        if window.biases is not None and window.biases.mean.size == b.stop - b.start:
+            room.x[b], room.P[b, b] = window.biases.mean, np.diag(window.biases.variance)
+            room.X[b, : len(data.hypotheses.all)] = window.biases.under(data.hypotheses)
         room.variance.fill(1.0)
         return room
 
@@ -193,8 +194,7 @@ class ConsistencyRun:
         """Compute a step with NumPy; False when rounding forbids it."""
         room, m, out, n_h = self._room, step.m, self._data.ignored[k], self.misfit.shape[1]
         half = int(k >= (len(self._window.t) + 1) // 2)
-        J = step.T.dot(room.P).dot(step.T_transposed)
-        J += step.noise
+        J = step.T.dot(room.P).dot(step.T_transposed) + step.noise
         diagonal = J.ravel()[: m * (J.shape[1] + 1) : J.shape[1] + 1]
         room.variance[k] = diagonal
         mean = step.T.dot(room.X)

@@ -33,5 +33,7 @@ def is_borne_out(blamed: Rearrangement, run: ConsistencyRun, window: Window) -> 
     settled = np.arange(len(window.y)) >= SETTLING * len(window.y)
     as_said, predicted = window.y[settled][:, places], run.predicted[settled][:, places]
     put_right = window.y[settled][:, blamed.source[places]] * blamed.sign[places]
+    if window.biases is not None:  # what is predicted counts on the biases as they are if all is well
+        put_right = put_right - window.biases.shift(blamed)[places]
     nearer = (as_said - predicted) ** 2 - (put_right - predicted) ** 2
     return float(np.nansum(nearer / run.variance[settled][:, places])) >= _TELLING

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
+from flexarm_estimator.isolation.known_biases import KnownBiases
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.state.process import Transition
 from flexarm_estimator.steps.bilinear import Slope, tangent
@@ -35,7 +36,7 @@ class Window:
         parts: Model in use at each.
         theta: Axes at the start, a guess [rad] or [m], (n_theta,).
         learned: Parameters of the model as learned, a guess, (n_p,).
-        biases: Mean and variance of the biases at the start, (2, n_b); None: as little known as ever.
+        biases: At the start; None: as little known as ever.
     """
 
     t: Array
@@ -44,7 +45,7 @@ class Window:
     parts: list[Parts]
     theta: Array
     learned: tuple[float, ...] = ()
-    biases: Array | None = None
+    biases: KnownBiases | None = None
 
     @cached_property
     def periods(self) -> list[float]:
