@@ -163,6 +163,7 @@ class Fusion:
         verdicts = self._step_in_turn(before, instant) if verdicts is None else verdicts
         for name in self._models.poses:
             if name in instant.pending or name in instant.fused:
+                self._limits.hold(instant.belief)  # as where the pose comes late, to rows that were held
                 verdicts += self._fuse_pose(name, instant)
         return verdicts
 

@@ -2,6 +2,7 @@
 
 A gauge that is off by more than it may drift is not drifting: it has come loose, or its bridge is broken.
 When its bias has been at the limit for ``bias_patience`` it is put out of use, and its samples since, too.
+It gets another chance when its bias is unlearned (``pulled_plugs``): whatever is plugged in then has another.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_estimator.biases.bias_states import bias_specs
 from flexarm_estimator.filter import Belief
@@ -19,7 +21,9 @@ from flexarm_estimator.watches.watch import Finding, View, Watch
 from flexarm_model.manipulator.sensor_kinds import SENSOR_KINDS
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
+Array = NDArray[np.float64]
 _AT_LIMIT = 0.95  # of the limit; noise leads it off again and again
+_UNLEARNED = 0.5  # of the variance at the start, by which that of a bias grows at once: no drift does
 
 
 class _Row(NamedTuple):
@@ -49,16 +53,17 @@ class BiasWatch(Watch):
         self._names: tuple[str, ...] = ()
         self._at = slice(0, 0)
         self._bounds: list[tuple[int, str, _Row, float]] = []  # place in the state, name, row, bound
+        self._start: Array = np.zeros(0)  # variance of every state at the start
         self._belief = Belief(np.zeros(0), np.zeros((0, 0)))
         self._since: dict[str, float] = {}
-        self._told: set[str] = set()
+        self._told: dict[str, float] = {}  # variance at the last look
 
     def look(self, view: View) -> Sequence[Finding]:
         """Return the sensors whose bias has been at its limit for too long."""
         if not self._names:
             return ()
         self._belief = view.belief
-        found: list[Finding] = []
+        found = self._forgive(view.belief) if self._told else []
         item = view.belief.x.item
         for at, name, row, bound in self._bounds:
             if abs(item(at)) < bound:
@@ -67,10 +72,25 @@ class BiasWatch(Watch):
                 continue
             since = self._since.setdefault(name, view.t)
             if view.t - since >= self._patience and name not in self._told:
-                self._told.add(name)
+                self._told[name] = view.belief.P.item(at, at)
                 reason = f"bias of {row.channel} is at its limit, {row.limit:.3g} {row.unit}"
                 found.append(Finding(row.sensor, reason, is_fault=True, since=since))
         return found
+
+    def _forgive(self, belief: Belief) -> list[Finding]:
+        """Take back what was told of biases that have become unknown since the last look."""
+        free = set()
+        for at, name, row, _ in self._bounds:
+            if name in self._told:
+                variance = belief.P.item(at, at)
+                if variance - self._told[name] > _UNLEARNED * self._start[at]:
+                    free.add(row.sensor)
+                self._told[name] = variance
+        for _, name, row, _ in self._bounds:
+            if row.sensor in free:
+                self._told.pop(name, None)
+                self._since.pop(name, None)
+        return [Finding(sensor, "", is_fault=True) for sensor in sorted(free)]
 
     def restart(self, t: float) -> None:
         """See Watch."""
@@ -80,6 +100,7 @@ class BiasWatch(Watch):
     def use(self, parts: Parts) -> None:
         """See Watch."""
         self._names, self._at = parts.layout.biases, parts.layout.b
+        self._start = parts.process.P0.diagonal()
         self._belief = Belief(np.zeros(parts.layout.n_x), parts.process.P0)
         self._bounds = [
             (at, name, self._rows[name], _AT_LIMIT * self._rows[name].limit)
