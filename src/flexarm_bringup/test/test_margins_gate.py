@@ -212,7 +212,11 @@ def test_lists_are_read_and_what_would_change_nothing_is_refused() -> None:
     """The period was overwritten by the description's, and no list could be given."""
     changed = with_settings(task_for("single_link"), ["mpc.horizon=20", "mpc.blocks=1,1,2,2,2,4,4,4"])
     assert changed.make("mpc", MpcConfig).blocks == (1, 1, 2, 2, 2, 4, 4, 4)
-    for change, words in (("mpc.blocks=1,x", "whole numbers"), ("controller.period=0.02", "served.rate")):
+    for change, words in (
+        ("mpc.blocks=1,x", "numbers with commas"),
+        ("mpc.blocks=1.5,39", "whole numbers"),
+        ("controller.period=0.02", "served.rate"),
+    ):
         with pytest.raises(ValueError, match=words):
             with_settings(task_for("single_link"), [change])
 

@@ -35,6 +35,14 @@ class MpcConfig:
         "rad/s^3 or m/s^3",
         minimum=1e-6,
     )
+    axis_shares: tuple[float, ...] = parameter(
+        (),
+        "One for each axis, by which position_error, velocity_error, input_acceleration and input_jerk are "
+        "multiplied; none: 1.",
+        "1",
+        1e-6,
+        1e6,
+    )
     strain_margin: float = parameter(
         0.1, "Share of the strain limit kept free for estimation errors.", minimum=0.0, maximum=0.9
     )

@@ -29,6 +29,20 @@ def test_each_deviation_of_the_settings_costs_one():
     assert step * cost.S[0, 0] * step == pytest.approx(1.0)
 
 
+def test_an_axis_may_be_off_by_a_share_of_its_own():
+    """A slide and a joint of one arm had one number for metres and radians."""
+    model = two_axes()
+    usual = build_cost(model, EVERY_MODE, DT)
+    own = build_cost(model, replace(EVERY_MODE, axis_shares=(0.1, 1.0)), DT)
+    hundred = np.ones(10)
+    hundred[[0, 5]] = 100.0
+    np.testing.assert_allclose(own.Q.diagonal(), hundred * usual.Q.diagonal(), rtol=1e-12)
+    np.testing.assert_allclose(np.diag(own.R / usual.R), [100.0, 1.0], rtol=1e-12)
+    np.testing.assert_allclose(np.diag(own.S / usual.S), [100.0, 1.0], rtol=1e-12)
+    with pytest.raises(ValueError, match=r"axis_shares: 3 numbers; expected one for each of .*, .*, or none"):
+        build_cost(model, replace(EVERY_MODE, axis_shares=(1.0,) * 3), DT)
+
+
 def test_the_cost_of_the_modes_is_their_energy():
     model = two_axes()
     cost = build_cost(model, EVERY_MODE, DT)

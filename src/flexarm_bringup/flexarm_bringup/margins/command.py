@@ -128,20 +128,25 @@ def _merged(settings: Settings, changes: Settings) -> Settings:
     return {name: {**settings.get(name, {}), **changes.get(name, {})} for name in {**settings, **changes}}
 
 
-def _read(change: str, text: str, kind: type) -> str | bool | float | list[int]:
+def _read(change: str, text: str, kind: type) -> str | bool | float | list[float]:
     """Return a value of the kind that the setting has; ConfigError where it is none."""
     if kind is str:
         return text
     if kind is tuple:
         try:
-            return [int(item) for item in text.split(",")]
+            return [_number(item) for item in text.split(",")]
         except ValueError:
-            raise ConfigError(f"--set {change}: '{text}' is not whole numbers with commas between") from None
+            raise ConfigError(f"--set {change}: '{text}' is not numbers with commas between") from None
     if kind is bool:
         if text not in SWITCH:
             raise ConfigError(f"--set {change}: '{text}' is not one of {', '.join(SWITCH)}")
         return SWITCH[text]
     try:
-        return int(text) if text.lstrip("+-").isdigit() else float(text)
+        return _number(text)
     except ValueError:
         raise ConfigError(f"--set {change}: '{text}' is not a number") from None
+
+
+def _number(text: str) -> float:
+    """Return a number, a whole one as such; ValueError where it is none."""
+    return int(text) if text.strip().lstrip("+-").isdigit() else float(text)

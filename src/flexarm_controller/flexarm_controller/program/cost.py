@@ -67,19 +67,29 @@ class Completion:
 
 
 def build_cost(model: ReducedModel, config: MpcConfig, dt: float) -> Cost:
-    """Turn the deviations of the settings into weights for ``model`` at period ``dt`` [s]."""
-    n_theta = model.n_theta
+    """Turn the deviations of the settings into weights for ``model`` at period ``dt`` [s].
+
+    Raises:
+        ValueError: There are other than as many shares as axes.
+    """
     roll_off = 1.0 / (1.0 + (model.omega / (2 * np.pi * config.modal_cutoff_hz)) ** 4)
     modal = roll_off / (2 * config.modal_energy)
-    position, velocity = (
-        np.full(n_theta, config.position_error**-2),
-        np.full(n_theta, config.velocity_error**-2),
-    )
+    shares = _shares(model, config)
+    position, velocity = config.position_error**-2 / shares**2, config.velocity_error**-2 / shares**2
     Q = np.diag(np.concatenate([position, modal * model.omega**2, velocity, modal]))
-    inertia = np.diag(model.M)[:n_theta]
+    inertia = shares * np.diag(model.M)[: model.n_theta]
     R = np.diag((inertia * config.input_acceleration) ** -2.0)
     S = np.diag((inertia * config.input_jerk * dt) ** -2.0)
     return Cost(Q, R, S, *_tip(model, config))
+
+
+def _shares(model: ReducedModel, config: MpcConfig) -> Array:
+    """Return by what the deviations of every axis are multiplied, (n_theta,)."""
+    shares = config.axis_shares or (1.0,) * model.n_theta
+    if len(shares) != model.n_theta:
+        axes = ", ".join(model.theta_names)
+        raise ValueError(f"axis_shares: {len(shares)} numbers; expected one for each of {axes}, or none")
+    return np.array(shares)
 
 
 def _tip(model: ReducedModel, config: MpcConfig) -> tuple[Array, Array]:
