@@ -110,6 +110,16 @@ def test_a_gauge_that_was_beyond_its_limit_is_used_again_once_its_bridge_was_rep
     assert said[-1][1] == pytest.approx(3e-6, abs=1.5e-6)
 
 
+def test_the_bias_of_a_sensor_that_speaks_seldom_is_not_forgotten_in_between():
+    slow = replace(GAUGE, rate_hz=0.5)
+    estimator = Estimator(strip_model(), StripKinematics(), (ENCODER, slow, CAMERA), EstimatorConfig())
+    for k, t in enumerate(RECORD.t[:1500]):  # the last sample of the gauge was 1.5 s ago
+        said = [s for s in RECORD.samples[k] if s.sensor not in ("root_strain", "tip_accelerometer")]
+        said += [s for s in RECORD.samples[k] if s.sensor == "root_strain" and k % 400 == 0]
+        estimate = estimator.step(said, RECORD.tau[k], float(t))
+    assert estimate.P[-1, -1] < 2.0 * slow.bias.sigma**2  # 2.6 where it was forgotten
+
+
 def test_at_the_limit_late_frames_lead_to_the_state_of_frames_in_time():
     """What is computed again is held at the limit in every instant, as it was the first time."""
     last = 780  # the last frame; the late ones have all arrived 12 instants later

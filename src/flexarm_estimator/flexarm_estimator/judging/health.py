@@ -179,9 +179,9 @@ class Health:
         return sound
 
     def silence(self, sensor: str, t: float) -> float:
-        """Return for how long a known sensor has said nothing that may be used, whatever it says [s]."""
+        """Return for how much longer than is normal a known sensor has said nothing, or was off [s]."""
         record = self._records[sensor]
-        return t - (record.newest_accepted if record.is_off else record.newest_valid)
+        return t - (record.newest_accepted if record.is_off else record.newest_valid) - record.time_out
 
     def is_off(self, sensor: str) -> bool:
         """Return whether a known sensor is switched off."""
