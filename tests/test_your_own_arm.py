@@ -50,8 +50,9 @@ def test_without_a_moves_file_it_tours_its_named_poses() -> None:
 
 def test_the_moves_file_of_the_walk_through_can_be_used(tmp_path: Path) -> None:
     text = (DOCS / "your_own_arm.md").read_text(encoding="utf-8")
+    assert "\nmanipulator: docs/two_link.yaml " in text  # commands are typed in the folder of the repository
     moves = text[text.index("format: flexarm-moves/1") :].partition("```")[0]
-    (tmp_path / "moves.yaml").write_text(moves.replace("two_link.yaml", str(ARM)), encoding="utf-8")
+    (tmp_path / "moves.yaml").write_text(moves.replace("docs/two_link.yaml", str(ARM)), encoding="utf-8")
     task = task_for(str(tmp_path / "moves.yaml"))
     assert len(sim_jobs(task, task.presets, [NOMINAL])) == 1
     assert task.settings["estimator"] == task_for(str(ARM)).settings["estimator"]

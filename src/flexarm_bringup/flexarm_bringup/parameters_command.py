@@ -46,9 +46,13 @@ NODES = {
 INTRODUCTION = """\
 # Parameters of the nodes
 
-Written by `./flexarm parameters`. All are read-only while a node runs: set them with `-p NAME:=VALUE`, a
-parameter file or the launch file. What is misspelt, of the wrong type, not finite or out of range is refused
-at the start with the name, the value and what is allowed.
+Written by `./flexarm parameters`. All are read-only while a node runs: set them of a node that you start
+by hand with `-p NAME:=VALUE` or `--params-file` (`./flexarm parameters --arm NAME` writes one). `flexarm
+rig` and the launch file take those of model from section `schedule` of the moves file, of estimator from
+`estimator`, of controller from `controller`, `mpc` and `motion`, of drift from `drift`. All others, of rig
+and guard and the margins of controller, can be changed only in a node that is started by hand. What is
+misspelt, of the wrong type, not finite or out of range is refused at the start with the name, the value
+and what is allowed.
 """
 
 

@@ -33,8 +33,10 @@ AT_REST = 0.05  # of the distance allowed: where the reference rests, models are
 class ScheduleSettings:
     """How far the reference may be from the pose of the model in use."""
 
-    angle: float = parameter(FOREVER, "Distance of a rotary axis.", "rad", 1e-4, FOREVER)
-    length: float = parameter(FOREVER, "Distance of a linear axis.", "m", 1e-5, FOREVER)
+    angle: float = parameter(
+        FOREVER, "Way of a rotary axis from one model to the next.", "rad", 1e-4, FOREVER
+    )
+    length: float = parameter(FOREVER, "Way of a linear axis from one model to the next.", "m", 1e-5, FOREVER)
     lead: float = parameter(0.05, "Time by which a new model is ahead of the reference.", "s", 0.0, 5.0)
 
 
