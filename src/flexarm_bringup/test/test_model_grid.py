@@ -26,7 +26,7 @@ def test_modes_are_followed_over_a_grid_that_is_saved(
 def test_poses_without_a_model_are_counted_and_the_first_says_why(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["model", "planar_3rrr", "--grid", "2"]) == 0
     out = capsys.readouterr().out
-    assert "poses have no model, the first at" in out and "expected a pose" in out
+    assert "poses have no model, the first at" in out and "nearer to home" in out
 
 
 @pytest.mark.parametrize(

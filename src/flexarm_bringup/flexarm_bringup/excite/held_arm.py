@@ -106,7 +106,7 @@ class HeldArm:
     @property
     def settling_time(self) -> float:
         """Time in which the joint loops come to rest [s]."""
-        decay = ControllerConfig().pd_damping * self._law.frequency.min()
+        decay = self._law.damping_ratio * self._law.frequency.min()
         return float(min(6.0 / decay, LONGEST_SETTLING))
 
     def rooms(self) -> dict[str, tuple[float, float]]:
