@@ -101,8 +101,7 @@ class Estimator:
         Returns:
             The estimate; its status says whether it may be used.
         """
-        trouble = self._follow_clock(t) + self._take_torque(tau)
-        history = self._history
+        trouble, history = self._follow_clock(t) + self._take_torque(tau), self._history
         self._plugs.unlearn(history, self._parts, self._t)
         first = history.advance(self._t, self._u)
         arrived = self._delays.undo(measurements)
