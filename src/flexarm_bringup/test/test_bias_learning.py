@@ -124,12 +124,18 @@ def test_a_gauge_of_the_shipped_description_may_warm_up():
     task = task_for("single_link")
     settings = task.under(task.presets[0]).make("estimator", EstimatorConfig)
     specs = record()[0].config.sensors
+    (bias,) = (spec.bias for spec in specs if spec.kind == "strain_gauge")
     usual = play(specs, settings)[0]
     error, estimates, t = play(specs, settings, warming)
-    print(f"{error / usual:.2f}")
+    steadier, faster = (
+        play(sensors(replace(bias, **change)), settings, warming)[0] / usual
+        for change in ({"drift": 0.03e-6}, {"rate": 0.3e-6})
+    )
+    print(f"{error / usual:.2f}, with a third of its drift {steadier:.2f}, with a rate {faster:.2f}")
     assert error <= 1.5 * usual
     assert abs(estimates[-1].b[0] - warming("root_strain", t[-1])) < 2e-6
     assert statuses(estimates) == {"ok"}
+    assert faster < 1.1 < 2.0 < steadier
 
 
 def test_an_unbalanced_gauge_is_balanced_within_seconds():

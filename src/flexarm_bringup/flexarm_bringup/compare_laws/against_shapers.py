@@ -46,13 +46,18 @@ class Rivalry:
     @property
     def name(self) -> str:
         """What is compared."""
-        signs = " and ".join(f"{100 * error:+.0f}" for error in self.errors)
-        return f"f {signs} %: better MPC row over the best shaper, {LAW_NAMES[self.law]}"
+        return name_of(self.law, self.errors)
 
     @property
     def text(self) -> str:
         """How it came out."""
         return f"{self.gap:+.1f} dB ({self.shaper}: {self.left:.4f} m/s²)"
+
+
+def name_of(law: str, errors: Sequence[float]) -> str:
+    """Return what MPC is compared with at some frequency errors, for people."""
+    signs = " and ".join(f"{100 * error:+.0f}" for error in errors)
+    return f"f {signs} %: better MPC row over the best shaper, {LAW_NAMES[law]}"
 
 
 def is_shaped(motion: str) -> bool:
