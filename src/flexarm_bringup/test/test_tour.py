@@ -107,7 +107,7 @@ def test_the_moves_file_of_the_page_has_the_settings_of_the_tour(tmp_path: Path)
     blocks = re.findall(r"```yaml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     (text,) = [block for block in blocks if "flexarm-moves/1" in block]
     path = tmp_path / "moves.yaml"
-    path.write_text(text.replace("two_link.yaml", str(FLAT)), encoding="utf-8")
+    path.write_text(text.replace("manipulator: docs/two_link.yaml", f"manipulator: {FLAT}"), encoding="utf-8")
     told = {name: values for name, values in task_for(str(path)).settings.items() if values}
     tour_of_it = task_for(str(FLAT)).settings
     assert told == {**tour_of_it, "schedule": {"angle": SETTINGS["schedule"]["angle"]}}
