@@ -15,7 +15,7 @@ from scipy.linalg import eigh
 from flexarm_bringup.cli import main
 from flexarm_bringup.closed_loop import LoopSettings, run_loop
 from flexarm_bringup.margins.command import with_settings
-from flexarm_bringup.margins.study import Loop
+from flexarm_bringup.margins.loop import Loop
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.static_arm import StaticArm

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.cli import main
+from flexarm_bringup.margins.loop import Loop
 from flexarm_bringup.margins.poses import Poses, grid_values
-from flexarm_bringup.margins.study import Loop
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task import find_task, load_task

@@ -40,7 +40,7 @@ def test_a_tour_is_read_back_as_it_was(name: str, tmp_path: Path) -> None:
 
 def test_new_settings_can_be_put_into_it_and_their_arm_moves(tmp_path: Path) -> None:
     path = described("docs/two_link.yaml")
-    task = tour(str(path), load_config(path))
+    task = task_for(str(path))
     text = with_settings(task_text(task), settings_now(task), str(path))
     file = tmp_path / "moves.yaml"
     file.write_text(with_settings(text, {"mpc": {"input_jerk": 31.0}}, str(path)), encoding="utf-8")

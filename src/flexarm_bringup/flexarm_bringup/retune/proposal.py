@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_bringup.margins.study import Loop
+from flexarm_bringup.margins.loop import Loop
 from flexarm_bringup.retune.arm_facts import ArmFacts, read_facts
 from flexarm_bringup.retune.bench import Settings
 from flexarm_bringup.retune.horizon import fit_horizon

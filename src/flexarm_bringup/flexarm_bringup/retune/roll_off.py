@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.margins.study import Loop
+from flexarm_bringup.margins.loop import Loop
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.description import ManipulatorConfig

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from flexarm_bringup.margins.study import Loop, worst_of
+from flexarm_bringup.margins.loop import Loop
+from flexarm_bringup.margins.study import worst_of
 from flexarm_bringup.retune.bench import Bench, Settings, together
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.tasks.task import Task

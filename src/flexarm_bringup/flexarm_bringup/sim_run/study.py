@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import LoopSettings, run_loop
 from flexarm_bringup.loop_effort import Effort
-from flexarm_bringup.margins.study import Loop
+from flexarm_bringup.margins.loop import Loop
 from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant

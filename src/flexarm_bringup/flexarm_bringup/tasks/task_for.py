@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.tasks.centripetal import centripetal_error
+from flexarm_bringup.tasks.learned_stiffness import learn_stiffness
 from flexarm_bringup.tasks.task import FOLDER, Task, find_task, load_task
 from flexarm_bringup.tasks.task_check import ROUNDING, SAMPLES, check_against_arm
 from flexarm_bringup.tasks.task_moves import LONGEST, ByAxes, TaskMove, ToPose
@@ -44,17 +45,6 @@ SETTINGS: dict[str, dict[str, Any]] = {
         "sag_time": 1.0,  # s, as long as a move
     },
 }
-LEARNED: dict[str, dict[str, Any]] = {  # and so is how soft it is, where a sensor feels how far it bends
-    "estimator": {
-        "stiffness_modes": 4,  # the law of a described arm shakes a softer one
-        "stiffness_error": 0.25,
-        "stiffness_time": 5.0,  # s
-        "stiffness_rest": 0.1,
-        "frequency_error": 0.01,  # the rest of it is learned
-    },
-    "mpc": {"stiffness_step": 0.1},
-}
-FEEL = ("strain_gauge", "accelerometer", "gyroscope")  # encoders alone: 35 % were learned of their noise
 HANGING = {"sag_share": 0.3, "sag_error": 5e-4}  # most of where it rests is a share of how it sags by itself
 
 
@@ -73,7 +63,8 @@ def task_for(name: str) -> Task:
     known = [share / FOLDER / f"{name}.yaml" for share in share_folders("flexarm_bringup")]
     if not is_path and any(path.is_file() for path in known):
         return _checked(find_task(name))
-    return tour(name, load_config(find_manipulator(name)))
+    config = load_config(find_manipulator(name))
+    return learn_stiffness(tour(name, config), config)
 
 
 def _checked(path: Path) -> Task:
@@ -130,7 +121,7 @@ def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -
         assumed=(
             f"no moves file: a tour of the named poses (or one stride of the first axis), {pace}",
             "no settings tuned for this arm: a new model every 0.1 rad or 5 mm; weights of MPC by its "
-            f"slowest mode; {_what_is_learned(config)}; filter: corrected",
+            "slowest mode; where it rests is learned; filter: corrected",
         ),
         settings=_settings(config, profiles, ways),
     )
@@ -143,28 +134,15 @@ def _settings(
     pairs = zip(profiles, ways, strict=True)
     fastest = np.max([_peak_rate(profile) * abs(way) for profile, way in pairs], axis=0)
     error = centripetal_error(config, dict(zip(config.actuated, fastest.tolist(), strict=True)))
-    learned = LEARNED if _feels(config) else {}
     return {
         **SETTINGS,
         "estimator": {
             **SETTINGS["estimator"],
-            **learned.get("estimator", {}),
             **(HANGING if config.gravity.any() else {}),
             "acceleration_error": error,
         },
-        "mpc": {**learned.get("mpc", {}), **_weights(config)},
+        "mpc": _weights(config),
     }
-
-
-def _feels(config: ManipulatorConfig) -> bool:
-    """Return whether a sensor feels how far the arm bends."""
-    return any(spec.kind in FEEL for spec in config.sensors)
-
-
-def _what_is_learned(config: ManipulatorConfig) -> str:
-    if _feels(config):
-        return "where it rests and how soft it is are learned"
-    return "where it rests is learned; how soft it is is not: no gauge and no inertial sensor feels it bend"
 
 
 def _weights(config: ManipulatorConfig) -> dict[str, Any]:
