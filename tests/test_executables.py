@@ -12,6 +12,7 @@ import pytest
 
 from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.parameters_command import NODES, parameters_of
+from flexarm_model.process.enclave_keys import FILES
 from flexarm_model.process.node_source import Source, node_parameters
 from flexarm_model.process.single_instance import claim_name
 
@@ -117,7 +118,9 @@ code = run_executable("spy", ["guard", "rig"])
 
 @pytest.mark.parametrize("name", ["guard", "left"])
 def test_a_node_runs_in_the_enclave_of_its_name(name: str, tmp_path: Path, domain: str) -> None:
-    (tmp_path / "enclaves" / "flexarm" / name).mkdir(parents=True)
+    (enclave := tmp_path / "enclaves" / "flexarm" / name).mkdir(parents=True)
+    for file in FILES:
+        (enclave / file).touch()
     (tmp_path / "spy.py").write_text("import sys\ndef main():\n    print(*sys.argv[-3:])\n    return 0\n")
     paths = os.pathsep.join((str(tmp_path), os.environ.get("PYTHONPATH", "")))
     asked = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"}

@@ -17,6 +17,7 @@ from flexarm_bringup.fault_drill.findings import Finding  # noqa: E402
 from flexarm_bringup.fault_drill.system_stand import SystemStand  # noqa: E402
 from flexarm_bringup.installed import find_executable  # noqa: E402
 from flexarm_bringup.processes.graph import Process, rig_graph, with_drift, with_markers  # noqa: E402
+from flexarm_model.process.enclave_keys import FILES  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 ROWS = {row.number: row for row in (*process_rows.ROWS, *live_restart_rows.ROWS, *double_rows.ROWS)}
@@ -53,8 +54,11 @@ def test_with_security_asked_for_and_not_to_be_had_a_node_does_not_run(
     row: Process, asked: str, tmp_path: Path
 ) -> None:
     package, executable = row.package, row.executable
-    for folder in (tmp_path / "empty", tmp_path / "keys" / "enclaves" / "flexarm" / row.name):
+    keys = tmp_path / "keys" / "enclaves" / "flexarm" / row.name
+    for folder in (tmp_path / "empty", keys):
         folder.mkdir(parents=True)
+    for name in FILES:
+        (keys / name).touch()
     with domain_id() as domain:
         environment = {key: value for key, value in os.environ.items() if "BOOTSTRAP" not in key}
         environment |= {"ROS_DOMAIN_ID": str(domain), **ASKED[asked]}

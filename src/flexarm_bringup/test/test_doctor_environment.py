@@ -18,11 +18,8 @@ from flexarm_bringup.doctor.keys import BESIDE, STARTED, look_at_security
 from flexarm_bringup.doctor.middleware import look_at_middleware
 from flexarm_bringup.doctor.network import look_at_network
 from flexarm_bringup.doctor.places import look_at_places
+from flexarm_model.process.enclave_keys import FILES
 
-FILES = (
-    "identity_ca.cert.pem", "cert.pem", "key.pem", "permissions_ca.cert.pem", "governance.p7s",
-    "permissions.p7s",
-)  # fmt: skip
 RANGE, LOCAL, PEERS = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS"
 RMW, ASSERTED = "RMW_IMPLEMENTATION", "RCL_ASSERT_RMW_ID_MATCHES"
 INDEX = "share/ament_index/resource_index/rmw_typesupport"

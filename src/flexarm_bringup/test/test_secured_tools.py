@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from flexarm_bringup.cli import main
-from flexarm_bringup.doctor.keys import KEYS, SIGNED
 from flexarm_bringup.processes.composition import composed
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.secured import check_graph_security
+from flexarm_model.process.enclave_keys import FILES
 from flexarm_model.process.security import SecurityError
 
 ENFORCED = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"}
@@ -96,9 +97,6 @@ def test_the_doctor_tells_it_as_one_fault_and_goes_on(
     asked = {"ENABLE alone": {"ROS_SECURITY_ENABLE": "true"}, "no keys": ENFORCED}.get(
         case, keystore(tmp_path)
     )
-    for enclave in (tmp_path / "enclaves" / "flexarm").glob("*"):
-        for name in (*(f"{key}.pem" for key in KEYS), *SIGNED):
-            (enclave / name).write_text("")
     done = run("doctor --json -", ros_environment | asked)
     found = json.loads(done.stdout)
     faults = [item for item in found if item["subject"] == "security" and item["verdict"] == "FAULT"]
@@ -124,7 +122,7 @@ def test_a_graph_is_refused_by_the_first_node_without_keys(tmp_path: Path) -> No
     check_graph_security(rig_graph(), environment)
     with pytest.raises(SecurityError, match="/flexarm/recorder, then"):
         check_graph_security(rig_graph(bag="bag"), environment)
-    (tmp_path / "enclaves" / "flexarm" / "watch").rmdir()
+    shutil.rmtree(tmp_path / "enclaves" / "flexarm" / "watch")
     with pytest.raises(SecurityError, match="/flexarm/watch, then"):
         check_graph_security(rig_graph(), environment)
     with pytest.raises(
@@ -135,9 +133,11 @@ def test_a_graph_is_refused_by_the_first_node_without_keys(tmp_path: Path) -> No
 
 
 def keystore(folder: Path) -> dict[str, str]:
-    """Return what asks for security with folders for keys, empty ones, of all that a rig starts."""
+    """Return what asks for security with keys, empty ones, of all that a rig starts."""
     for name in ("watch", "tools", "operator", *(row.name for row in rig_graph())):
-        (folder / "enclaves" / "flexarm" / name).mkdir(parents=True)
+        (enclave := folder / "enclaves" / "flexarm" / name).mkdir(parents=True)
+        for file in FILES:
+            (enclave / file).touch()
     return {**ENFORCED, "ROS_SECURITY_KEYSTORE": str(folder)}
 
 

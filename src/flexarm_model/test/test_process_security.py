@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from flexarm_model.process.enclave_keys import FILES
 from flexarm_model.process.security import (
     SecurityError,
     check_security,
@@ -38,7 +39,7 @@ def test_a_yes_that_ros_takes_for_no_is_refused(value: str) -> None:
 
 @pytest.mark.parametrize("strategy", [None, "", "Permissive", "enforce", "ENFORCE", "Enforce "])
 def test_every_strategy_but_one_is_refused_also_with_keys(strategy: str | None, tmp_path: Path) -> None:
-    (tmp_path / "enclaves" / "flexarm" / "guard").mkdir(parents=True)
+    give_keys(tmp_path, "flexarm/guard")
     environment = {**ON, "ROS_SECURITY_KEYSTORE": str(tmp_path)}
     environment |= {} if strategy is None else {"ROS_SECURITY_STRATEGY": strategy}
     with pytest.raises(SecurityError) as refusal:
@@ -57,10 +58,34 @@ def test_without_a_keystore_or_an_enclave_in_it_security_is_refused(tmp_path: Pa
     keyed = {**ENFORCED, "ROS_SECURITY_KEYSTORE": str(tmp_path)}
     with pytest.raises(SecurityError, match=f"create_enclave {tmp_path} /flexarm/guard, then create_perm"):
         check_security(LINE, keyed)
-    (tmp_path / "enclaves" / "lab" / "left").mkdir(parents=True)
+    give_keys(tmp_path, "lab/left")
     check_security(LINE, {**keyed, "ROS_SECURITY_ENCLAVE_OVERRIDE": "/lab/left"})
     check_security([*LINE, "-e", "/lab/left"], keyed)  # rcl takes the last one
+    give_keys(tmp_path, "")
     check_security(["guard_node"], keyed)  # of no enclave: that of the keystore itself
+
+
+@pytest.mark.parametrize("files", [FILES, FILES[2:3], FILES[-1:]])
+def test_an_enclave_without_all_of_its_files_is_refused_by_their_names(
+    files: tuple[str, ...], tmp_path: Path
+) -> None:
+    """With an empty folder the middleware refused, and the advice was to install its libraries."""
+    enclave = give_keys(tmp_path, "flexarm/guard")
+    for name in files:
+        (enclave / name).unlink()
+    with pytest.raises(SecurityError) as refusal:
+        check_security(LINE, {**ENFORCED, "ROS_SECURITY_KEYSTORE": str(tmp_path)})
+    assert f"'{tmp_path}': no {', '.join(files)} for the enclave /flexarm/guard" in str(refusal.value)
+    assert f"create_enclave {tmp_path} /flexarm/guard" in str(refusal.value)
+
+
+def give_keys(store: Path, enclave: str) -> Path:
+    """Make the folder of an enclave with all that it must hold; nothing is in its files."""
+    folder = store / "enclaves" / enclave
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in FILES:
+        (folder / name).touch()
+    return folder
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from flexarm_bringup.doctor.finding import Finding
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.secured import WATCH_ENCLAVE
 from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.process.enclave_keys import FILES, missing_keys
 from flexarm_model.process.security import (
     KEYSTORE,
     OVERRIDE,
@@ -23,10 +24,6 @@ from flexarm_model.process.security import (
     with_enclave,
 )
 
-# What an enclave must hold: a file, or one with the address of a key in a device (PKCS#11).
-# Source: rmw_dds_common 3.1, security.cpp.
-KEYS = ("identity_ca.cert", "cert", "key", "permissions_ca.cert")
-SIGNED = ("governance.p7s", "permissions.p7s")
 STARTED = (WATCH_ENCLAVE, *(f"{NAMESPACE}/{row.name}" for row in rig_graph()))  # by flexarm rig
 _OTHERS = ("tools", "operator", "recorder", "markers", "drift", "commander", "excite")
 BESIDE = tuple(f"{NAMESPACE}/{name}" for name in _OTHERS)
@@ -58,29 +55,22 @@ def look_at_security(
         if not means.startswith(KEYSTORE) or not os.path.isdir(store):
             yield from found
             return
+        if _folder(store, environment.get(OVERRIDE) or TOOLS).is_dir():
+            found = []  # which files are not in it is told with those of all others
     found += [*_keys(store, environment), *(ask_middleware(environment) if has_middleware else ())]
     yield from found
     if not any(item.verdict == "FAULT" for item in found):
         yield Finding("ok", SUBJECT, f"keys in {store}, enforced")
 
 
-def missing_keys(enclave: Path) -> tuple[str, ...]:
-    """Return which of the six files of an enclave's folder are not there."""
-    return tuple(f"{name}.pem" for name in KEYS if not _has_key(enclave, name)) + tuple(
-        name for name in SIGNED if not (enclave / name).is_file()
-    )
-
-
-def _has_key(enclave: Path, name: str) -> bool:
-    address = enclave / f"{name}.p11"
-    is_address = address.is_file() and address.read_bytes().startswith(b"pkcs11:")
-    return is_address or (enclave / f"{name}.pem").is_file()
+def _folder(store: str, enclave: str) -> Path:
+    return Path(store, "enclaves", enclave.strip("/"))
 
 
 def _keys(store: str, environment: Mapping[str, str]) -> Iterator[Finding]:
     override = environment.get(OVERRIDE)
     enclaves = (override,) if override else (*STARTED, *BESIDE)
-    there = {enclave: Path(store, "enclaves", enclave.strip("/")) for enclave in enclaves}
+    there = {enclave: _folder(store, enclave) for enclave in enclaves}
     there = {enclave: folder for enclave, folder in there.items() if folder.is_dir()}
     lacking: dict[tuple[str, ...], list[str]] = {}
     for enclave, folder in there.items():
@@ -105,12 +95,14 @@ def _absent(store: str, enclaves: list[str]) -> Iterator[Finding]:
 
 
 def ask_middleware(environment: Mapping[str, str]) -> Iterator[Finding]:
-    """Yield what a middleware refuses that is asked for a node without keys, in a process of its own.
+    """Yield what a middleware refuses that is asked for a node with empty keys, in a process of its own.
 
-    One without the libraries says that it has none; one with them misses the keys, and makes no node either.
+    One without the libraries says that it has none; one with them refuses the keys, and makes no node either.
     """
     with TemporaryDirectory(prefix="flexarm_doctor_") as store:
-        Path(store, "enclaves", TOOLS.strip("/")).mkdir(parents=True)
+        (enclave := Path(store, "enclaves", TOOLS.strip("/"))).mkdir(parents=True)
+        for name in FILES:
+            (enclave / name).touch()
         asked = {**environment, **ALONE, KEYSTORE: store, OVERRIDE: ""}
         command = [sys.executable, "-m", LIBRARIES]
         done = subprocess.run(command, env=asked, capture_output=True, text=True, check=False)

@@ -1,6 +1,6 @@
-"""Says whether the middleware has security libraries: asked for a node whose enclave has no keys.
+"""Says whether the middleware has security libraries: asked for a node whose keys are empty.
 
-Nobody on the net hears of it: with the libraries it misses the keys, without them it has no use for them.
+Nobody on the net hears of it: with the libraries it refuses the keys, without them it has no use for them.
 Started by ``flexarm doctor`` in a process of its own, with such a keystore in its environment.
 """
 
@@ -15,7 +15,7 @@ from flexarm_model.ros.tool_node import in_domain
 
 # What says that there are none: rmw_fastrtps 8.4, participant.cpp; rmw_cyclonedds 2.2, rmw_node.cpp.
 NONE = ("security libraries", "security support")
-UNKEPT = "the middleware makes a node without keys, though they are enforced; install one that keeps to them"
+UNKEPT = "the middleware makes a node with empty keys, though they are enforced; install one that reads them"
 
 
 def main() -> int:

@@ -23,6 +23,7 @@ from flexarm_bringup.fault_drill.stand import Skipped
 from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import PEERS, PROFILE_VARIABLES, RANGE
+from flexarm_model.process.enclave_keys import FILES
 from flexarm_model.process.executable import EXIT_CONFIGURATION
 from flexarm_model.process.security import ENABLE, ENFORCE, KEYSTORE, STRATEGY
 
@@ -169,10 +170,12 @@ def _frozen(pid: int) -> Iterator[None]:
 
 
 def _without_libraries(stand: SystemStand) -> list[Finding]:
-    """Ask for security without a strategy, without keys, and with folders for keys but no libraries."""
+    """Ask for security without a strategy, without keys, and with keys but no libraries."""
     empty, full = stand.folder(), stand.folder()
     for row in stand.graph():
-        (full / "enclaves" / "flexarm" / row.name).mkdir(parents=True)
+        (enclave := full / "enclaves" / "flexarm" / row.name).mkdir(parents=True)
+        for name in FILES:
+            (enclave / name).touch()
     cases = {
         f"{ENABLE} alone": {ENABLE: "true"},
         "no keys": {**SECURED, KEYSTORE: str(empty)},

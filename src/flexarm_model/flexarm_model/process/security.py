@@ -13,7 +13,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
+from flexarm_model.process.enclave_keys import missing_keys
 from flexarm_model.process.ros_arguments import values_of
 
 TOOLS = "/flexarm/tools"
@@ -66,8 +68,10 @@ def check_security(arguments: Sequence[str], environment: Mapping[str, str] = os
         means = f"no folder of keys, and {ENABLE}=true asks for them"
         raise SecurityError(f"{KEYSTORE}: '{store}': {means}; make one as flexarm security says, {OFF}")
     enclave = environment.get(OVERRIDE) or next(reversed([*values_of(arguments, _OPTIONS)]), "/")
-    if not os.path.isdir(os.path.join(store, "enclaves", enclave.strip("/"))):
-        means = f"it has no keys for the enclave {enclave}, and {ENABLE}=true asks for them"
+    folder = Path(store, "enclaves", enclave.strip("/"))
+    if lacking := missing_keys(folder):
+        lacks = f"no {', '.join(lacking)} for" if folder.is_dir() else "it has no keys for"
+        means = f"{lacks} the enclave {enclave}, and {ENABLE}=true asks for them"
         make = (
             f"ros2 security create_enclave {store} {enclave}, then create_permission as flexarm security says"
         )
