@@ -102,7 +102,7 @@ def test_modes_that_leave_the_tip_alone_and_arms_without_any_keep_the_defaults(t
     C_pos[out.rows("tip"), model.n_theta :] = 0.0
     assert "modal_energy" not in weights_for(replace(model, outputs=replace(out, C_pos=C_pos)), DT)
     stiff = small_arm(tmp_path, served__modes=0)
-    assert task_for(str(stiff)).settings["mpc"] == {}
+    assert task_for(str(stiff)).settings["mpc"] == {"arm_torque": True}
 
 
 def test_the_mode_costs_as_much_as_the_axis_at_the_share_told() -> None:

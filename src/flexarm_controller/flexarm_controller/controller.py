@@ -134,6 +134,8 @@ class Controller:
         fault = reference.fault(self._limits, self.model.theta_names)
         if not fault:
             self.queue.take(reference, self._t)
+            if self._inputs.ahead is not None:
+                self._inputs.ahead.expect(self.queue.reference)
         return fault
 
     def step(self, state: ArmState) -> ControlCommand:

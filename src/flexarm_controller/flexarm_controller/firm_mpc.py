@@ -21,6 +21,7 @@ from flexarm_controller.learning_mpc import LearningMpc
 from flexarm_controller.limits import Limits
 from flexarm_controller.moving_mpc import MovingMpc
 from flexarm_controller.mpc import Mpc, Plan
+from flexarm_controller.program.beyond import TorqueBeyond
 from flexarm_controller.program.firm_motions import firm, firm_motions
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
@@ -40,11 +41,17 @@ class FirmMpc:
         lasts: How long it acts without a pause, at most [s].
     """
 
-    def __init__(  # noqa: PLR0913, the four that every law is built from, and the soft one
-        self, soft: Soft, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float
+    def __init__(  # noqa: PLR0913, the four that every law is built from, and what is known beside
+        self,
+        soft: Soft,
+        model: ReducedModel,
+        limits: Limits,
+        config: MpcConfig,
+        dt: float,
+        beyond: TorqueBeyond | None = None,
     ) -> None:
         """Build the firm program of ``model`` for control period ``dt`` [s] beside the ``soft`` law."""
-        self._soft, self.firm = soft, Mpc(model, limits, firm(config), dt)
+        self._soft, self.firm = soft, Mpc(model, limits, firm(config), dt, beyond=beyond)
         self._model, self._longest, self._dt = model, config.firm_time, dt
         self._ahead = config.horizon * dt
         self.lasts = config.firm_time + self._ahead

@@ -22,12 +22,14 @@ from flexarm_controller.learning_mpc import LearningMpc
 from flexarm_controller.limits import Limits
 from flexarm_controller.local_law import LocalLaw
 from flexarm_controller.lqr import Lqr
+from flexarm_controller.motion.arm_loads import ArmLoads
 from flexarm_controller.moving_mpc import MovingMpc
 from flexarm_controller.mpc import Mpc, Plan
 from flexarm_controller.nonlinear.arm_equations import NonlinearModelError
 from flexarm_controller.nonlinear.nonlinear_arm import NonlinearArm
 from flexarm_controller.nonlinear.nonlinear_mpc import NonlinearMpc
 from flexarm_controller.nonlinear.settings import NmpcConfig
+from flexarm_controller.program.beyond import FINE, ArmAhead, TorqueBeyond
 from flexarm_controller.program.delay import torques_kept
 from flexarm_controller.program.foresight import Foresight
 from flexarm_controller.program.stage import Stage, build_stage
@@ -122,6 +124,19 @@ class LawInputs:
         """What the laws learn of the arm, which does not hang on the model."""
         return Learning(self.limits.effort.size, self.mpc, self.config.period)
 
+    @cached_property
+    def ahead(self) -> ArmAhead | None:
+        """The arm along its references; None where nobody knows it or the settings do not want it."""
+        if self.arm is None or not self.mpc.arm_torque:
+            return None
+        return ArmAhead(ArmLoads(ReducedTree(self.arm), self.limits, FINE))
+
+    def beyond(self, model: ReducedModel) -> TorqueBeyond | None:
+        """Return what a model does not know of the torque along a reference, where that is wanted."""
+        if self.ahead is None:
+            return None
+        return TorqueBeyond(model, self.ahead, self.limits.effort, self.mpc, self.config.period)
+
     def stage_of(self, model: ReducedModel) -> Stage:
         """Return what the program takes from a model; that of the newest is kept for its other laws."""
         if model.model_id not in self._stages:
@@ -141,14 +156,15 @@ class LawInputs:
 def build_mpc(model: ReducedModel, given: LawInputs) -> Planner:
     """Build the predictive controller, along the pose where models to come are known, or one that learns."""
     arguments, mpc = (model, given.limits, given.mpc, given.config.period), given.mpc
+    beyond = given.beyond(model)
     soft: Soft
     if given.foresight is not None:
         soft = MovingMpc(*arguments, given.foresight)
     elif mpc.stiffness_step or mpc.inertia_step:
-        soft = LearningMpc(*arguments, given.learning)
+        soft = LearningMpc(*arguments, given.learning, beyond)
     else:
-        soft = Mpc(*arguments, given.stage_of(model))
-    return FirmMpc(soft, *arguments) if mpc.firm_time else soft
+        soft = Mpc(*arguments, given.stage_of(model), beyond)
+    return FirmMpc(soft, *arguments, beyond) if mpc.firm_time else soft
 
 
 def build_lqr(model: ReducedModel, given: LawInputs) -> Planner:

@@ -18,6 +18,7 @@ from flexarm_controller.learned.learned_model import with_learned
 from flexarm_controller.learned.learning import Learning, Steps
 from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Mpc, Plan
+from flexarm_controller.program.beyond import TorqueBeyond
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.state import ArmState
@@ -30,14 +31,23 @@ KEPT = 10  # programs of 0.3 MB; the one not used for longest gives way
 class LearningMpc:
     """The predictive controller of one model, and of what the arm turns out to be."""
 
-    def __init__(  # noqa: PLR0913, the four that every law is built from, and what was learned
-        self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float, learning: Learning
+    def __init__(  # noqa: PLR0913, the four that every law is built from, and what is known beside
+        self,
+        model: ReducedModel,
+        limits: Limits,
+        config: MpcConfig,
+        dt: float,
+        learning: Learning,
+        beyond: TorqueBeyond | None = None,
     ) -> None:
-        """Build the program of ``model`` for control period ``dt`` [s], with what ``learning`` has so far."""
-        self._model, self._arguments = model, (limits, config, dt)
+        """Build the program of ``model`` for control period ``dt`` [s], with what ``learning`` has so far.
+
+        ``beyond`` is of the model as described; see ``Mpc``.
+        """
+        self._model, self._arguments, self._beyond = model, (limits, config, dt), beyond
         self._learning, self._inertia = learning, np.diag(model.M)[: model.n_theta]
         self._steps = learning.steps
-        self._mpc = self._program(self._steps) or Mpc(model, *self._arguments)
+        self._mpc = self._program(self._steps) or Mpc(model, *self._arguments, beyond=beyond)
         self._programs: dict[Steps, Mpc] = {self._steps: self._mpc}
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
@@ -70,6 +80,7 @@ class LearningMpc:
     def _program(self, steps: Steps) -> Mpc | None:
         """Build the program for what was learned; None where no law stabilises that arm."""
         try:
-            return Mpc(with_learned(self._model, *self._learning.errors(steps)), *self._arguments)
+            model = with_learned(self._model, *self._learning.errors(steps))
+            return Mpc(model, *self._arguments, beyond=self._beyond)
         except np.linalg.LinAlgError:
             return None

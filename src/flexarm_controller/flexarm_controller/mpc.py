@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.local_law import LocalLaw, Program, answer_per_state
+from flexarm_controller.program.beyond import Beyond, TorqueBeyond
 from flexarm_controller.program.delay import Delay, torques_kept
 from flexarm_controller.program.interior import Interior
 from flexarm_controller.program.preview import Preview
@@ -61,10 +63,19 @@ class Mpc:
         lead: From the instant of a state to that of the first torque that is planned [s].
     """
 
-    def __init__(
-        self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float, stage: Stage | None = None
+    def __init__(  # noqa: PLR0913, the four that every law is built from, and what may be known already
+        self,
+        model: ReducedModel,
+        limits: Limits,
+        config: MpcConfig,
+        dt: float,
+        stage: Stage | None = None,
+        beyond: TorqueBeyond | None = None,
     ) -> None:
-        """Build the program of ``model`` for control period ``dt`` [s]; see ``build_problem``."""
+        """Build the program of ``model`` for control period ``dt`` [s]; see ``build_problem``.
+
+        ``beyond`` tells what torque the reference asks for that the model does not know of.
+        """
         self.problem = build_problem(model, limits, config, dt, stage)
         self._known, kept = self.problem.known, torques_kept(config, dt)
         self._solvers = solvers_of(self.problem.P, self.problem.rows.A, config)
@@ -81,6 +92,7 @@ class Mpc:
         self._unit = self.problem.T[np.arange(self._held.size), self._held]  # N m
         self._empty = np.zeros((0, model.n_theta))
         self._warm: Array | None = None
+        self._beyond = beyond
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
         """Plan the torques that follow those already ``sent``.
@@ -91,18 +103,29 @@ class Mpc:
             sent: Torques that act from the state's instant on, oldest first, and at least the one
                 before the first that is planned, (``delay.torques_kept``, n_u).
         """
+        beyond = None if self._beyond is None else self._beyond.look(reference, state.t)
+        if beyond is None:
+            return self._step(state, reference, sent, None)
+        return _without(self._step(state, reference, sent + beyond.sent, beyond.rows), beyond)
+
+    def _step(self, state: ArmState, reference: Reference, sent: Array, moved: Array | None) -> Plan:
+        """Plan; the rows of torques and rates are ``moved`` by so much, (2 n_v,), where they are."""
         gradient, added = self._preview.look(reference, state.t + self.lead)
         began = time.thread_time()
+        if moved is not None:
+            n_v, added = self.problem.n_v, added.copy()
+            added[n_v : n_v + moved.size] -= moved
         v, margin = self._interior.look(self._measured(state, sent), added)
         if margin < 0.0:
-            return self.solve(self._solver, self._program(gradient), self.known_now(state, sent))
+            return self.solve(self._solver, self._program(gradient, moved), self.known_now(state, sent))
         x = np.zeros(self.problem.q_0.size)
         x[: v.size] = v
         laps = began, time.thread_time()
         result = QpResult(x, "solved without limits", 0, 0.0, True, margin)
         active: tuple[str, ...] = ()
         if margin <= BINDING:
-            active = self._binding(self.problem.rows.A @ x, *self._vectors(state, sent, gradient)[1:])
+            vectors = self._program(gradient, moved).vectors(self.known_now(state, sent))
+            active = self._binding(self.problem.rows.A @ x, *vectors[1:])
         return self._plan(result, laps, active, partial(self._law_inside, gradient, x))
 
     def solve(self, solver: QpSolver, program: Program, known: Array) -> Plan:
@@ -135,13 +158,10 @@ class Mpc:
         seen[self._sent.stop + sag.size :] = 0.0
         return seen
 
-    def _vectors(self, state: ArmState, sent: Array, gradient: Array) -> tuple[Array, Array, Array]:
-        return self.problem.vectors(self.known_now(state, sent), gradient)
-
-    def _program(self, gradient: Array) -> Program:
-        """Return the program for what the reference adds to the gradient, (n_z,)."""
+    def _program(self, gradient: Array, moved: Array | None = None) -> Program:
+        """Return the program for what the reference adds to the gradient, (n_z,); see ``_step``."""
         problem = self.problem
-        return Program(problem.P, problem.rows.A, lambda known: problem.vectors(known, gradient))
+        return Program(problem.P, problem.rows.A, lambda known: problem.vectors(known, gradient, moved))
 
     def _law_inside(self, gradient: Array, z: Array) -> LocalLaw:
         """Return the law about the state of the last step, which no limit touched."""
@@ -170,3 +190,17 @@ class Mpc:
     def _binding(self, y: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741
         near = np.flatnonzero((u - y < BINDING) | (y - l < BINDING))
         return tuple(sorted({self.problem.rows.names[i] for i in near} - {""}))
+
+
+def _without(plan: Plan, beyond: Beyond) -> Plan:
+    """Return the plan without the torque of which the arm needs the opposite."""
+    if plan.local is None:
+        return plan
+    local = partial(_law_without, plan.local, beyond.planned[0])
+    return plan._replace(torques=plan.torques - beyond.planned, local=local)
+
+
+def _law_without(made: Callable[[], LocalLaw], torque: Array) -> LocalLaw:
+    """Return a law less a torque, (n_u,)."""
+    law = made()
+    return replace(law, tau=law.tau - torque)

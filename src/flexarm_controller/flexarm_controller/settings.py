@@ -64,6 +64,9 @@ class MpcConfig:
         0.0, "Time by which torques act later still; any share of a period.", "s", minimum=0.0, maximum=0.1
     )
     foresight: bool = parameter(False, "Predict with the models that are to come, each from its time on.")
+    arm_torque: bool = parameter(
+        False, "Plan with all the torque that the arm's own motion takes; for filters that know it."
+    )
     position_limit: bool = parameter(True, "Keep the joint position limits inside the horizon too.")
     tip_error: float = parameter(
         0.0, "Error of the tip's position that costs 1; 0 for none.", "m", minimum=0.0
@@ -97,6 +100,10 @@ class MpcConfig:
             raise ParameterError(
                 "foresight: true: expected false where stiffness_step or inertia_step is set: models to come"
                 " are as described, not as learned"
+            )
+        if self.foresight and self.arm_torque:
+            raise ParameterError(
+                "foresight: true: expected false where arm_torque is set: it is worked out for one model"
             )
         if sum(self.blocks) != self.horizon:
             raise ParameterError(f"blocks: they sum to {sum(self.blocks)}, not to horizon {self.horizon}")

@@ -44,6 +44,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
         "sag_error": 1e-3,  # m
         "sag_time": 1.0,  # s, as long as a move
     },
+    "mpc": {"arm_torque": True},  # which that filter takes out of the unmodelled one
 }
 HANGING = {"sag_share": 0.3, "sag_error": 5e-4}  # most of where it rests is a share of how it sags by itself
 
@@ -141,7 +142,7 @@ def _settings(
             **(HANGING if config.gravity.any() else {}),
             "acceleration_error": error,
         },
-        "mpc": _weights(config),
+        "mpc": {**SETTINGS["mpc"], **_weights(config)},
     }
 
 

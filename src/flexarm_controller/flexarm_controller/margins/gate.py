@@ -53,9 +53,9 @@ class Gate:
             config: What is wanted.
         """
         self._arm, self._config = arm, config
-        # at rest no other model is to come, and no answer may depend on the clock
+        # at rest no other model is to come, the model knows the torque, and no answer may depend on the clock
         whole = in_whole_periods(inputs.mpc, inputs.config.period)
-        mpc = replace(whole, foresight=False, time_limit=0.0)
+        mpc = replace(whole, foresight=False, arm_torque=False, time_limit=0.0)
         self._inputs = replace(inputs, mpc=mpc)
 
     def cases(self, model: ReducedModel, filter_: SteadyFilter) -> list[Case]:

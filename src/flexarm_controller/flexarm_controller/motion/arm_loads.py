@@ -30,9 +30,12 @@ MOST = 24  # poses on one way: made within half of what a guard waits for a comm
 class ArmLoads:
     """Loads of one arm; keeps the last way."""
 
-    def __init__(self, tree: ReducedTree, limits: Limits) -> None:
-        """Look at the arm of ``tree`` with its ``limits``: at home and at poses all over its ranges."""
-        self._tree, self._effort = tree, limits.effort
+    def __init__(self, tree: ReducedTree, limits: Limits, spacing: float = SPACING) -> None:
+        """Look at the arm of ``tree`` with its ``limits``: at home and at poses all over its ranges.
+
+        The poses of a way are ``spacing`` apart, of all axes together [rad].
+        """
+        self._tree, self._effort, self._spacing = tree, limits.effort, spacing
         finite = np.isfinite(limits.strain)
         names = [name for name, is_limited in zip(limits.gauges, finite, strict=True) if is_limited]
         self._gauges = [output_names(tree.config).index(name) for name in names]
@@ -47,7 +50,7 @@ class ArmLoads:
 
         None where the linear model of the pose ``known`` holds everywhere on it.
         """
-        count = 1 + max(1, int(np.ceil((abs(goal - start) * self._size).sum() / SPACING)))
+        count = 1 + max(1, int(np.ceil((abs(goal - start) * self._size).sum() / self._spacing)))
         return self._along(np.linspace(start, goal, min(count, MOST)), known)
 
     def beside(self, start: Array, goal: Array, known: Array) -> Way | None:
@@ -55,21 +58,22 @@ class ArmLoads:
         self._last = None
         return self.between(start, goal, known)
 
-    def along(self, trajectory: Trajectory, known: Array) -> Way | None:
-        """Return the loads on the way of a trajectory, as ``between`` does.
+    def along(self, trajectory: Trajectory, known: Array | None = None) -> Way | None:
+        """Return the loads on the way of a trajectory, as ``between`` does; everywhere if no pose is known.
 
         On a way that all axes together go further than `MOST` rad there are so many poses nevertheless.
         """
-        theta = trajectory.sample(pieces(trajectory, self._size, SPACING / 8))[0]
+        theta = trajectory.sample(pieces(trajectory, self._size, self._spacing / 8))[0]
         gone = np.append(0.0, np.cumsum((abs(np.diff(theta, axis=0)) * self._size).sum(axis=1)))
-        count = 1 + int(np.ceil(gone[-1] / SPACING))
+        count = 1 + int(np.ceil(gone[-1] / self._spacing))
         index = np.unique(np.searchsorted(gone, np.linspace(0.0, gone[-1], min(count, MOST))))
         return self._along(theta[np.minimum(index, len(theta) - 1)], known, theta)
 
-    def _along(self, poses: Array, known: Array, theta: Array | None = None) -> Way | None:
+    def _along(self, poses: Array, known: Array | None, theta: Array | None = None) -> Way | None:
         """Return the loads at poses (k, n_theta), or the last ones where they hold at ``theta``."""
         theta = poses if theta is None else theta
-        if not self.changes or not (abs(theta - known) > self._near).any():
+        is_known = known is not None and not (abs(theta - known) > self._near).any()
+        if not self.changes or is_known:
             return None
         if self._last is None or not self._last.is_near(theta, REACH * NEAR["r"]):
             self._last = self._made(poses)

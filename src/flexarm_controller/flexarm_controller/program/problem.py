@@ -63,10 +63,17 @@ class Problem:
         """What the arm does in a control period."""
         return self.stage.system
 
-    def vectors(self, p_now: Array, of_reference: Array) -> tuple[Array, Array, Array]:
-        """Return ``(q, l, u)`` for what is known now, (n_now,), and ``q_r r``, (n_z,)."""
+    def vectors(
+        self, p_now: Array, of_reference: Array, moved: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Return ``(q, l, u)`` for what is known now, (n_now,), and ``q_r r``, (n_z,).
+
+        The first rows, of torques and rates, are ``moved`` by so much where it is given, (2 n_v,).
+        """
         both, n_z = self._per_now.dot(p_now), self.q_0.size
         shift = both[n_z:]
+        if moved is not None:
+            shift[: moved.size] += moved
         return both[:n_z] + of_reference + self.q_0, self.rows.l + shift, self.rows.u + shift
 
     @cached_property

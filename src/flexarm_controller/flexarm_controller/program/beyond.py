@@ -1,0 +1,145 @@
+"""Torque along the reference that the served model does not know of: products of velocities, another inertia.
+
+A filter that knows the arm's own motion takes what a linear model leaves out of it from the unmodelled torque
+``d``, and then nobody predicts it. Along the reference it is known before the motion begins,
+
+    w(t) = U r(t) + u_0 - tau(r(t))       U, u_0: ``equilibrium``       tau: ``Way``, the arm as described
+
+a torque of whose opposite the arm needs more than the model says. With ``u' = u + w`` the arm is the served
+one again, ``x <- A x + B (u' + d) + c``: the program plans u', of which w is taken off again. Limits of the
+torque and of its rate are those of u, so the rows of u' move by w. Between two instants of the grid w is held
+at what it is in the middle, as torques are held.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.motion.arm_loads import ArmLoads
+from flexarm_controller.motion.way import Way
+from flexarm_controller.program.delay import split_delay, torques_kept
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_controller.program.preview import SAME_INSTANT, WINDOWS
+from flexarm_controller.reference import Reference
+from flexarm_controller.settings import MpcConfig
+from flexarm_model.served.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+FINE = 0.25  # rad, of all axes together, from pose to pose
+
+
+class Beyond(NamedTuple):
+    """The torque w of one step [N m] or [N].
+
+    Attributes:
+        sent: In the periods of the torques sent, oldest first, (kept, n_u).
+        planned: In those of the horizon, (N, n_u).
+        rows: By how much the rows of torque and rate move, in units of the torques' limits, (2 n_v,).
+    """
+
+    sent: Array
+    planned: Array
+    rows: Array
+
+
+class ArmAhead:
+    """The loads of an arm along what it follows; those of the last reference are kept."""
+
+    def __init__(self, loads: ArmLoads) -> None:
+        """Take the loads of the arm wherever its axes are."""
+        self._loads = loads
+        self._reference: Reference | None = None
+        self._way: Way | None = None
+
+    def expect(self, reference: Reference | None) -> None:
+        """Look along what is to be followed, where somebody waits: it may take several periods."""
+        if reference is not None:
+            self.way(reference)
+
+    def way(self, reference: Reference) -> Way | None:
+        """Return the loads along a reference; None where they are those of any linear model."""
+        if reference is not self._reference:
+            self._reference, self._way = reference, self._loads.along(reference)
+        return self._way
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """Periods that a step looks at.
+
+    Attributes:
+        kept, horizon: Torques sent, and planned.
+        begins: First period of every block, among the planned ones, (n_b,).
+        first: From the instant of a state to the middle of the first period [s].
+        dt: [s].
+    """
+
+    kept: int
+    horizon: int
+    begins: NDArray[np.intp]
+    first: float
+    dt: float
+
+
+class TorqueBeyond:
+    """What one model does not know of the torque along a reference."""
+
+    def __init__(
+        self, model: ReducedModel, ahead: ArmAhead, effort: Array, config: MpcConfig, dt: float
+    ) -> None:
+        """Prepare for control period ``dt`` [s].
+
+        Args:
+            model: As described.
+            ahead: The arm.
+            effort: Limit of every torque [N m] or [N], (n_u,).
+            config: Horizon, blocks, delay.
+            dt: Control period [s].
+        """
+        (whole, share), kept = split_delay(config, dt), torques_kept(config, dt)
+        begins: NDArray[np.intp] = np.cumsum([0, *config.blocks[:-1]], dtype=np.intp)
+        first = (whole + share - kept + 0.5) * dt
+        self._grid, self._effort = _Grid(kept, config.horizon, begins, first, dt), effort
+        self._rest, self._ahead = build_equilibrium(model), ahead
+        self._reference: Reference | None = None
+        self._start = 0.0
+        self._windows: list[Beyond] = []
+
+    def look(self, reference: Reference, t: float) -> Beyond | None:
+        """Return the torque for a state at ``t`` [s]; None where the model knows all of it. Read-only."""
+        dt = self._grid.dt
+        window = round((t - self._start) / dt) if reference is self._reference else -1
+        is_known = 0 <= window < WINDOWS and abs(t - self._start - window * dt) <= SAME_INSTANT
+        if not is_known:
+            self._reference, self._start, window = reference, t, 0
+            self._windows = self._work_out(reference, t)
+        return self._windows[window] if self._windows else None
+
+    def _work_out(self, reference: Reference, t: float) -> list[Beyond]:
+        """Return it for this period and the next ones."""
+        way, grid = self._ahead.way(reference), self._grid
+        if way is None:
+            return []
+        count = grid.kept + grid.horizon
+        instants = t + grid.first + np.arange(count + WINDOWS - 1.0) * grid.dt
+        w = self._torque(way, reference.stacked(instants))
+        w.flags.writeable = False
+        return [self._window(w[k : k + count]) for k in range(WINDOWS)]
+
+    def _torque(self, way: Way, samples: Array) -> Array:
+        """Return w at samples of a reference (k, 3 n_u), (k, n_u)."""
+        n = self._effort.size
+        theta, theta_dot, theta_ddot = (samples[:, i * n : (i + 1) * n] for i in range(3))
+        moving = way.viscous(theta, theta_dot) + way.turning(theta, theta_dot)
+        arm = way.holding(theta) + moving + way.inertia(theta, theta_ddot)
+        return np.asarray(samples @ self._rest.U.T + self._rest.u_0 - arm[:, :n])
+
+    def _window(self, w: Array) -> Beyond:
+        sent, planned = w[: self._grid.kept], w[self._grid.kept :]
+        held = planned[self._grid.begins] / self._effort
+        rates = np.diff(np.vstack([sent[-1] / self._effort, held]), axis=0)
+        return Beyond(sent, planned, np.concatenate([held.ravel(), rates.ravel()]))

@@ -1,0 +1,176 @@
+"""Torque along the reference that the served model does not know: what it is, and what plans make of it."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from described_arm import Arm
+from served_arms import limits_of_hub, single_link, state_of, two_axes, two_axis_limits
+
+from flexarm_controller.laws import LawInputs, build_mpc
+from flexarm_controller.motion.arm_loads import ArmLoads
+from flexarm_controller.mpc import Mpc
+from flexarm_controller.program.beyond import FINE, ArmAhead, Beyond, TorqueBeyond
+from flexarm_controller.program.delay import torques_kept
+from flexarm_controller.program.prediction import plant
+from flexarm_controller.reference import Reference, hold
+from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_model.motion.profiles import Quintic
+from flexarm_model.settings.parameters import ParameterError
+
+DT = 0.005
+DELAYS = [{"delay_periods": 0}, {}, {"delay_periods": 2, "latency": 0.4 * DT}]
+ARMS = {
+    "one axis": (single_link(), limits_of_hub(effort=60.0)),
+    "two axes": (two_axes(), two_axis_limits(effort=(80.0, 60.0))),
+}
+
+
+def told_of(w, model, limits, config):
+    """Return what tells the torque ``w(t)`` [N m], (n_u,), as ``TorqueBeyond`` does."""
+    told = object.__new__(TorqueBeyond)
+    TorqueBeyond.__init__(told, model, ArmAhead(SimpleNamespace()), limits.effort, config, DT)
+    grid = told._grid
+    times = grid.first + DT * np.arange(grid.kept + grid.horizon)
+    told.look = lambda reference, t: told._window(np.array([w(t + s) for s in times]))
+    return told
+
+
+def there_and_back(start, goal, duration=1.0):
+    t = np.linspace(0.0, duration, 41)
+    s = Quintic(1.0, duration).sample(t)
+    return Reference(
+        t, start + np.outer(s[0], goal - start), *(np.outer(part, goal - start) for part in s[1:])
+    )
+
+
+@pytest.fixture(scope="module")
+def bending():
+    return Arm("variable_stiffness")
+
+
+@pytest.mark.parametrize("change", DELAYS)
+def test_it_is_what_the_arm_itself_asks_less_than_its_served_model_says(bending, change):
+    config, effort = MpcConfig(time_limit=0.0, **change), bending.limits.effort
+    ahead = ArmAhead(ArmLoads(bending.tree, bending.limits, FINE))
+    told = TorqueBeyond(bending.model, ahead, effort, config, DT)
+    home = np.array(bending.config.home)
+    asked = there_and_back(home, home + np.array([0.9, -0.6, 0.8]))
+    kept, t = torques_kept(config, DT), 0.3
+    found, lead = told.look(asked, t), Mpc(bending.model, bending.limits, config, DT).lead
+    w = np.vstack([found.sent, found.planned])
+    instants = t + lead + DT * (np.arange(len(w)) - kept + 0.5)
+    parts = asked.sample(instants[::7])
+    model = asked.stacked(instants[::7]) @ told._rest.U.T + told._rest.u_0
+    arm = bending.torques(*parts)
+    scale = abs(arm).max(axis=0)
+    print(f"\nbeyond the model: {abs(model - arm).max(axis=0) / scale} of the torque")
+    assert (abs(model - arm).max(axis=0) / scale).max() > 0.1  # there is something to tell
+    np.testing.assert_allclose(w[::7] / scale, (model - arm) / scale, atol=2e-3)
+
+
+def test_at_rest_where_the_model_is_made_it_is_nothing_and_of_some_arms_always(bending):
+    config = MpcConfig(time_limit=0.0)
+    told = TorqueBeyond(bending.model, ArmAhead(bending.loads), bending.limits.effort, config, DT)
+    found = told.look(hold(bending.model.pose), 0.0)
+    np.testing.assert_allclose(np.vstack([found.sent, found.planned]), 0.0, atol=1e-8)
+    link = Arm("single_link")
+    told = TorqueBeyond(link.model, ArmAhead(link.loads), link.limits.effort, config, DT)
+    assert told.look(there_and_back(np.zeros(1), np.ones(1)), 0.2) is None
+
+
+def test_it_is_the_same_whenever_it_was_worked_out(bending):
+    config, home = MpcConfig(time_limit=0.0), np.array(bending.config.home)
+    asked = there_and_back(home, home + 0.5)
+    told, fresh = (
+        TorqueBeyond(bending.model, ArmAhead(bending.loads), bending.limits.effort, config, DT)
+        for _ in range(2)
+    )
+    for k in (0, 1, 15, 16, 40, 39, 7):
+        fresh._reference = None
+        for mine, other in zip(told.look(asked, k * DT), fresh.look(asked, k * DT), strict=True):
+            np.testing.assert_allclose(mine, other, atol=1e-9)
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("change", DELAYS)
+def test_one_that_stays_is_planned_like_an_unmodelled_torque_that_stays(arm, change):
+    """Torques, limits that bind, and the law about the state: all as with ``d`` larger by it."""
+    (model, limits), config = ARMS[arm], MpcConfig(time_limit=0.0, **change)
+    rng, n, active = np.random.default_rng(5), model.n_theta, set()
+    w = np.array([7.0, -5.0])[:n]
+    mine = Mpc(model, limits, config, DT, beyond=told_of(lambda t: w, model, limits, config))
+    other, asked = Mpc(model, limits, config, DT), there_and_back(model.pose, model.pose + 0.05)
+    for k in range(12):
+        x = 2e-4 * 3.0 ** (k % 6) * rng.standard_normal(2 * model.n)
+        x[:n] += model.pose
+        sent = 0.1 * rng.standard_normal((torques_kept(config, DT), n))
+        state = state_of(x, model, k * DT, d=[0.1] * n)
+        plans = mine.step(state, asked, sent), other.step(replace(state, d=state.d + w), asked, sent)
+        np.testing.assert_allclose(plans[0].torques, plans[1].torques, atol=2e-4)
+        assert plans[0].limits_active == plans[1].limits_active
+        laws = [plan.local() for plan in plans]
+        for part in ("x", "x_next", "tau", "gain"):
+            np.testing.assert_allclose(getattr(laws[0], part), getattr(laws[1], part), atol=2e-3)
+        active.update(plans[0].limits_active)
+    assert active, "no limit was met"
+
+
+def test_an_arm_on_which_it_acts_moves_like_one_without():
+    (model, limits), config = ARMS["two axes"], MpcConfig(time_limit=0.0)
+    asked, system = there_and_back(model.pose, model.pose + 0.05), plant(model, DT)
+
+    def w(t):
+        return np.array([3.0 * np.sin(4.0 * t), 2.0 * np.cos(7.0 * t)])
+
+    paths = []
+    for told, acting in ((None, lambda t: 0.0), (told_of(w, model, limits, config), w)):
+        mpc, sent = Mpc(model, limits, config, DT, beyond=told), np.zeros((1, 2)) - acting(0.5 * DT)
+        x, path = np.append(model.pose, np.zeros(2 * model.n - 2)), []
+        for k in range(120):
+            plan = mpc.step(state_of(x, model, k * DT, d=[0.0, 0.0]), asked, sent)
+            x = system.A @ x + system.B @ (sent[-1] + acting((k + 0.5) * DT)) + system.c
+            sent = plan.torques[:1]
+            path.append(x)
+        paths.append(np.array(path))
+    assert abs(paths[0] - model.pose[0]).max() > 0.01
+    np.testing.assert_allclose(paths[1], paths[0], atol=1e-9)
+
+
+def test_laws_have_it_where_the_settings_want_it_and_somebody_knows_the_arm(bending):
+    law, mpc = ControllerConfig(period=DT), MpcConfig(time_limit=0.0, arm_torque=True)
+    home = np.array(bending.config.home)
+    state = state_of(np.append(home, np.zeros(2 * bending.model.n - 3)), bending.model, 0.4)
+    asked, sent = there_and_back(home, home + np.array([0.9, -0.6, 0.8])), np.zeros((1, 3))
+    given = {
+        "with": LawInputs(bending.limits, law, mpc, bending.config),
+        "unknown": LawInputs(bending.limits, law, mpc),
+        "without": LawInputs(bending.limits, law, replace(mpc, arm_torque=False), bending.config),
+        "learning": LawInputs(bending.limits, law, replace(mpc, inertia_step=0.05), bending.config),
+        "firm": LawInputs(bending.limits, law, replace(mpc, firm_time=0.1), bending.config),
+    }
+    first = {
+        name: build_mpc(bending.model, inputs).step(state, asked, sent).torques[0]
+        for name, inputs in given.items()
+    }
+    np.testing.assert_array_equal(first["unknown"], first["without"])
+    assert abs(first["with"] - first["without"]).max() > 1e-3
+    np.testing.assert_allclose(first["learning"], first["with"], atol=1e-9)
+    np.testing.assert_allclose(first["firm"], first["with"], atol=1e-9)
+
+
+def test_it_is_refused_beside_models_that_are_to_come():
+    with pytest.raises(ParameterError, match="foresight: true: expected false where arm_torque"):
+        MpcConfig(foresight=True, arm_torque=True)
+
+
+def test_the_rows_of_torques_and_rates_move_by_it_at_the_begin_of_blocks():
+    model, limits = ARMS["two axes"]
+    config = MpcConfig(time_limit=0.0, horizon=5, blocks=(1, 1, 3))
+    told = told_of(lambda t: np.array([t, 2.0 * t]) * limits.effort, model, limits, config)
+    found = told.look(hold(model.pose), 0.0)
+    assert isinstance(found, Beyond)
+    at = DT * (torques_kept(config, DT) + 0.5 + np.array([-1.0, 0.0, 1.0, 2.0]))
+    np.testing.assert_allclose(found.rows[:6].reshape(3, 2), np.outer(at[1:], [1.0, 2.0]))
+    np.testing.assert_allclose(found.rows[6:].reshape(3, 2), np.outer(np.diff(at), [1.0, 2.0]))
