@@ -221,3 +221,11 @@ def test_stocky_beams_without_shear_and_odd_materials_are_told(
     assert "bodies.upper.pieces.0.density: 2.7 kg/m^3" in capsys.readouterr().out
     assert main(["model", str(TWO_LINK)]) == 0
     assert "suspicions" not in capsys.readouterr().out
+
+
+def test_bodies_that_keep_too_few_modes_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arm = tmp_path / "few.yaml"
+    arm.write_text(TWO_LINK.read_text(encoding="utf-8").replace("modes: 3", "modes: 1", 1), encoding="utf-8")
+    assert main(["model", str(arm), "--pose", "home"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "expected reduction.modes of at least: upper 2 (has 1)" in said

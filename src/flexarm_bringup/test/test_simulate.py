@@ -13,6 +13,7 @@ import pytest
 from flexarm_bringup.cli import main
 from flexarm_bringup.loop_effort import Effort
 from flexarm_bringup.page.report import Table
+from flexarm_bringup.sim_run import study
 from flexarm_bringup.sim_run.conditions import NOMINAL
 from flexarm_bringup.sim_run.report import build_page, gain_db, is_stable
 from flexarm_bringup.sim_run.study import LegResult, SimResult, Trace, run_sim_job, sim_jobs
@@ -68,7 +69,10 @@ def test_the_seed_of_the_command_is_that_of_the_rigs_noise(tmp_path: Path) -> No
     assert left[1] != left[5]
 
 
-def test_a_camera_that_comes_too_late_is_told_below_the_table(tmp_path: Path) -> None:
+def test_a_late_camera_and_bodies_of_few_modes_are_told_below_the_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(study, "describe_few_modes", lambda config: (f"few modes of {config.name}",))
     arm = find_manipulator("single_link").read_text(encoding="utf-8")
     assert "latency: 60 ms" in arm
     (tmp_path / "arm.yaml").write_text(arm.replace("latency: 60 ms", "latency: 400 ms"), encoding="utf-8")
@@ -81,6 +85,7 @@ def test_a_camera_that_comes_too_late_is_told_below_the_table(tmp_path: Path) ->
     (table,) = [item for item in page.items if isinstance(item, Table)]
     assert any(note.startswith("rate 200 Hz: ") and "of mode 1" in note for note in table.notes)
     assert any(note.startswith("camera: latency 400 ms: none of its samples is used") for note in table.notes)
+    assert "few modes of single_link" in table.notes
 
 
 def test_a_law_that_the_gate_keeps_from_moving_is_told_below_the_table(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from flexarm_bringup.model_view.mode_words import describe_mode
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Cells, Column, Page, Table
+from flexarm_model.bodies.few_modes import describe_few_modes
 from flexarm_model.bodies.stocky import describe_stocky
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.odd_materials import describe_odd_materials
@@ -106,6 +107,7 @@ def build_page(analysis: Analysis, figures: Sequence[Figure] = ()) -> Page:
     items.append(reach_table(analysis))
     remarks: dict[str, Sequence[str]] = {"Source": (config.source,)} if config.source else {}
     suspicions = *describe_odd_materials(config.bodies), *describe_stocky(config.bodies)
+    suspicions = *suspicions, *describe_few_modes(config)
     if suspicions := (*suspicions, *describe_axial_loads(analysis.tree, model)):
         remarks["suspicions"] = suspicions
     return Page(

@@ -29,6 +29,7 @@ from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.late_sensors import late_sensors
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.bodies.few_modes import describe_few_modes
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
@@ -92,8 +93,8 @@ class SimResult:
         legs: Every move.
         effort: What it took.
         trace: What the tip did.
-        told: Of the control rate, of what in the description does not fit the settings, and of what the rig
-            cannot change of the arm.
+        told: Of the control rate, of what in the description does not fit the settings, of what the rig
+            cannot change of the arm, and of bodies that keep too few modes.
         refusals: Why the controller node would not let the arm move from where it rests, at the start and
             after the moves; of the arm as described alone, empty where it would.
     """
@@ -172,7 +173,7 @@ def run_sim_job(job: SimJob) -> list[SimResult]:
         trace = _trace(ticks, config)
         legs = tuple(judge_leg(leg, trace, job) for leg in job.course.legs)
         told = *describe_rate(config.rate_hz, omega), *late_sensors(config.sensors, settings.estimator)
-        told = *told, *describe_idle(config)
+        told = *told, *describe_idle(config), *describe_few_modes(config)
         refusals = _refusals(job, config, settings) if job.condition == NOMINAL else ()
         results.append(SimResult(job.preset, job.condition, law, legs, effort, trace, told, refusals))
     return results

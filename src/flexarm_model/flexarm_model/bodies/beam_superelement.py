@@ -65,6 +65,17 @@ def count_modes(beam: Beam, interfaces: Collection[str]) -> int:
     return int(_free(BeamMesh(beam, _used(beam, interfaces))).size)
 
 
+def count_static(beam: Beam, interfaces: Collection[str]) -> int:
+    """Return how many static shapes the nodes have that a beam's reduction is to keep.
+
+    Args:
+        beam: The body.
+        interfaces: Its nodes that joints use.
+    """
+    mesh = BeamMesh(beam, used := _used(beam, interfaces))
+    return int(np.isin(_free(mesh), _boundary(mesh, used)).sum())
+
+
 def _used(beam: Beam, interfaces: Collection[str]) -> list[str]:
     return [name for name in beam.nodes if name in interfaces or name in beam.reduction.retain]
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from flexarm_model.bodies.beam_superelement import count_modes
 from flexarm_model.bodies.body_reduction import reduce_to_first_order
+from flexarm_model.bodies.few_modes import joined_nodes
 from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBody
@@ -47,7 +48,7 @@ def with_more_modes(config: ManipulatorConfig, extra: int) -> ManipulatorConfig:
             return replace(body, reduction=replace(body.reduction, spare=extra))
         if isinstance(body, Beam) and _says_how_many(body):
             kept = body.reduction.modes
-            modes = max(kept, min(kept + extra, count_modes(body, _interfaces(config, body.name))))
+            modes = max(kept, min(kept + extra, count_modes(body, joined_nodes(config, body.name))))
             return replace(body, reduction=replace(body.reduction, modes=modes))
         return body
 
@@ -93,12 +94,6 @@ def with_rigid_beams(config: ManipulatorConfig) -> ManipulatorConfig:
 
 def _says_how_many(body: Beam | ImportedBody) -> bool:
     return bool(body.reduction.modes) and body.reduction.method == "craig_bampton"
-
-
-def _interfaces(config: ManipulatorConfig, body: str) -> set[str]:
-    """Return the nodes of a body that joints use."""
-    joints = (*config.joints, *config.closures)
-    return {ref.node for joint in joints for ref in (joint.parent, joint.child) if ref.body == body}
 
 
 def _with_reduction(config: ManipulatorConfig, method: str, f_max: float) -> ManipulatorConfig:
