@@ -23,6 +23,7 @@ from flexarm_model.settings.strict_yaml import Section
 REDUCTIONS = ("craig_bampton", "guyan")
 FRAMES = ("clamped", "chord")
 INTERFACES = ("welded", "pinned")
+TENSOR = "xx, yy, zz, xy, xz, yz"  # the order in which a file lists the moments of inertia
 PRINTED = 1e-5  # of the largest principal moment: what six digits of another program leave undecided
 
 
@@ -59,14 +60,15 @@ def read_node(section: Section, key: str, bodies: dict[str, Body]) -> NodeRef:
 
 def _read_rigid(name: str, section: Section) -> RigidBody:
     mass = section.quantity("mass", "mass", at_least=0.0)
-    ixx, iyy, izz, ixy, ixz, iyz = section.quantities("inertia", ["inertia"] * 6, (0.0,) * 6)
+    ixx, iyy, izz, ixy, ixz, iyz = section.quantities("inertia", ["inertia"] * 6, (0.0,) * 6, TENSOR)
     inertia = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
     (low, middle, high), turn = np.linalg.eigh(inertia)
     if low < -PRINTED * high or low + middle < high * (1 - PRINTED):
         raise section.error(
             "inertia",
-            inertia.tolist(),
-            "principal moments must be positive, none above the sum of the others",
+            section.take("inertia"),
+            f"expected {TENSOR} of the tensor about the centre of mass (not the order of URDF: xx, xy, xz, "
+            "yy, yz, zz): its principal moments must be positive, none above the sum of the others",
         )
     if low < 0:
         inertia = turn @ np.diag([0.0, max(middle, 0.0), high]) @ turn.T

@@ -90,14 +90,15 @@ class Section:
         return number
 
     def quantities(
-        self, key: str, dimensions: Sequence[str], default: Sequence[float] | None = None
+        self, key: str, dimensions: Sequence[str], default: Sequence[float] | None = None, names: str = ""
     ) -> NDArray[np.float64]:
-        """Return a list of quantities, one of each dimension, (n,)."""
+        """Return a list of quantities, one of each dimension, (n,); ``names`` of them go into messages."""
         value = self.take(key, _MISSING if default is None else default)
         if key not in self._content:
             return np.array(value, dtype=float)
         if not isinstance(value, list) or len(value) != len(dimensions):
-            raise self.error(key, value, f"expected a list of {len(dimensions)}")
+            listed = f": {names}" if names else ""
+            raise self.error(key, value, f"expected a list of {len(dimensions)}{listed}")
         pairs = zip(value, dimensions, strict=True)
         return np.array([self._number(key, item, dimension) for item, dimension in pairs])
 
