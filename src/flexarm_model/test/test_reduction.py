@@ -102,6 +102,28 @@ def test_one_chord_mode_does_what_takes_two_clamped_ones() -> None:
     assert chord == pytest.approx(pinned, rel=1e-4) and clamped < 0.4 * pinned
 
 
+def test_a_welded_node_between_the_ends_of_a_chord_bends_exactly_under_what_is_welded_to_it() -> None:
+    """On two hinges a^2 b^2 / (3 EI L) gives in to a force, (a^3 + b^3) / (3 EI L^2) to a moment."""
+    a = 0.4 * BAR.length
+    beam = bar(elements=24, nodes={"root": 0.0, "mid": a, "end": BAR.length})
+    beam = replace(beam, reduction=Reduction("craig_bampton", 3, "chord"))
+    body = reduce_body(beam, {"root", "mid", "end"})
+    shapes = np.vstack([body.nodes["mid"].Phi[1], body.nodes["mid"].Psi[2]]) / body.omega
+    b, EI, L = BAR.length - a, BAR.E * BAR.I_z, BAR.length
+    both = a * b * (b - a) / (3 * EI * L)
+    exact = [[a**2 * b**2 / (3 * EI * L), both], [both, (a**3 + b**3) / (3 * EI * L**2)]]
+    assert shapes @ shapes.T == pytest.approx(np.array(exact), rel=1e-8)
+
+
+def test_a_welded_chord_keeps_stretch_and_twist_of_its_ends() -> None:
+    """It kept neither: of a leg between hinges nothing gave in along its axis."""
+    beam = bar(["bend_y", "stretch", "torsion"], elements=8)
+    body = reduce_body(replace(beam, reduction=Reduction("guyan", 0, "chord")), {"root", "end"})
+    shapes = np.vstack([body.nodes["end"].Phi[0], body.nodes["end"].Psi[0]]) / body.omega
+    soft = BAR.length / (BAR.E * BAR.area), BAR.length / (BAR.G * BAR.torsion_constant)
+    assert shapes @ shapes.T == pytest.approx(np.diag(soft), rel=1e-8, abs=1e-12)
+
+
 @pytest.mark.parametrize("method", ["guyan", "craig_bampton"])
 def test_a_retained_end_bends_exactly_under_a_load_on_it(method: str) -> None:
     modes = {"guyan": 2, "craig_bampton": 5}[method]

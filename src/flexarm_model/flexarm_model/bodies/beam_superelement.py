@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from flexarm_model.bodies.beam import BeamMesh, section_inertia
 from flexarm_model.bodies.beam_second_order import SecondOrder
 from flexarm_model.bodies.reduction import count_modes_below, craig_bampton, guyan, mode_basis
+from flexarm_model.bodies.rigid_pieces import tied_end
 from flexarm_model.bodies.superelement import NodeShape, Superelement
 from flexarm_model.manipulator.body_spec import Beam, Reduction
 
@@ -124,16 +125,25 @@ def _describe_massless(beam: Beam) -> str:
 
 
 def _boundary(mesh: BeamMesh, used: list[str]) -> NDArray[np.intp]:
-    """Return the independent displacements behind what the interfaces keep.
+    """Return the independent displacements behind what the interfaces keep."""
+    rows = [mesh.transformation[mesh.dof(name)[_kept(mesh.beam, name)]] for name in used]
+    found = [np.flatnonzero(of_node.any(axis=0)) for of_node in rows]
+    return np.unique(np.concatenate(found)) if found else np.zeros(0, dtype=np.intp)
 
-    A welded interface keeps its position and rotation, a pinned one its position. The chord frame follows
-    the hinges itself: of welded interfaces only the nodes to retain are kept there.
+
+def _kept(beam: Beam, node: str) -> list[int]:
+    """Return which of the six displacements an interface keeps.
+
+    A welded one keeps its position and rotation, a pinned one its position. The chord frame follows the
+    hinges at its ends itself, and keeps none of the shapes that a bending moment makes there unless the
+    node is retained.
     """
-    reduction = mesh.beam.reduction
-    pinned = reduction.interface == "pinned"
-    kept = reduction.retain if reduction.frame == "chord" and not pinned else used
-    rows = [mesh.transformation[mesh.dof(name)[: 3 if pinned else 6]] for name in kept]
-    return np.flatnonzero(np.any(rows, axis=(0, 1))) if rows else np.zeros(0, dtype=np.intp)
+    reduction = beam.reduction
+    if reduction.interface == "pinned":
+        return [0, 1, 2]
+    if reduction.frame == "chord" and node not in reduction.retain and tied_end(beam, node):
+        return [0, 3]  # how far along and about the beam; the frame holds the rest
+    return [0, 1, 2, 3, 4, 5]
 
 
 def _frame_constraints(mesh: BeamMesh) -> NDArray[np.intp]:

@@ -34,6 +34,15 @@ def stretches(beam: Beam, *, rigid: bool) -> list[tuple[float, float]]:
     return found
 
 
+def tied_end(beam: Beam, node: str) -> str | None:
+    """Return which end of a beam a node is tied to without anything that bends: "root", "end" or None."""
+    x = beam.nodes[node]
+    for start, stop in ((0.0, 0.0), (beam.length, beam.length), *stretches(beam, rigid=True)):
+        if start <= x <= stop and (start == 0.0 or stop >= beam.length):
+            return "root" if start == 0.0 else "end"
+    return None
+
+
 def rigid_transformation(beam: Beam, nodes: Array, interfaces: Sequence[float] = ()) -> Array:
     """Return all nodal displacements over the independent ones, (n_dof, n_dof); other columns are zero.
 

@@ -95,8 +95,9 @@ class Reduction:
         modes: Number of modes kept in the end; 0 keeps all static ones and what ``f_max`` says.
         frame: "clamped" (tangent at the root) or "chord" (through root and far end).
         retain: Further nodes kept as interfaces, beside those that joints use.
-        interface: What an interface node keeps: "welded" its position and rotation, "pinned" its position
-            only, so that the slope at a hinge is left to the modes.
+        interface: What an interface node keeps: "welded" its position and rotation (in a chord frame, of the
+            ends, what no bending moment makes), "pinned" its position only, so that the slope at a hinge is
+            left to the modes.
         f_max: Fixed-interface modes up to here are kept beside the static ones [Hz].
     """
 

@@ -17,7 +17,7 @@ from flexarm_model.manipulator.description import Axis, Joint, ManipulatorConfig
 from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBody
 from flexarm_model.manipulator.parameter_law import ParameterLaws, read_parameters
 from flexarm_model.reading.config_bodies import read_bodies, read_node
-from flexarm_model.reading.config_chord import refuse_chord_with_moments
+from flexarm_model.reading.config_chord import refuse_moments_not_kept
 from flexarm_model.reading.config_joints import read_joints, sort_joints
 from flexarm_model.reading.config_sensors import read_sensors
 from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
@@ -50,7 +50,7 @@ def load_config(
     laws = ParameterLaws(parameters)
     joints, closures = sort_joints(top, read_joints(top, bodies, laws), bodies)
     laws.refuse_unused(top)
-    refuse_chord_with_moments(top, bodies, (*joints, *closures))
+    refuse_moments_not_kept(top, bodies, (*joints, *closures))
     config = ManipulatorConfig(
         name=top.text("name"),
         source=top.text("source"),

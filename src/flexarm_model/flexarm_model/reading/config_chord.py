@@ -1,8 +1,10 @@
-"""Whether the ends of beams in a ``chord`` frame are as free to turn as that frame takes them.
+"""Whether the shapes that the joints of a beam need are among those that its reduction keeps.
 
-The frame runs through both ends and keeps none of the shapes that a bending moment at an end makes. It is
-right between passive hinges; where a joint bears the moment, the node must be kept with its rotation
-(``retain``, ``interface: welded``) or the frame be ``clamped``.
+A ``chord`` frame runs through both ends and keeps none of the shapes that a bending moment at an end makes.
+It is right between passive hinges; where a joint bears the moment, the node must be kept with its rotation
+(``retain``, ``interface: welded``) or the frame be ``clamped``. A ``pinned`` interface keeps the place of a
+node alone, in any frame: where a joint bears a moment at the end of a clamped beam, a twist, or a moment
+anywhere between the ends, it must be ``welded``.
 """
 
 from __future__ import annotations
@@ -12,19 +14,23 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.bodies.rigid_pieces import stretches
+from flexarm_model.bodies.rigid_pieces import tied_end
 from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
 from flexarm_model.manipulator.description import Joint, NodeRef
 from flexarm_model.settings.strict_yaml import Section
 
 Array = NDArray[np.float64]
 
-TURNS = {"bend_y": ("z", np.array([0.0, 0.0, 1.0])), "bend_z": ("y", np.array([0.0, 1.0, 0.0]))}
+TURNS = {
+    "bend_y": ("z", np.array([0.0, 0.0, 1.0])),
+    "bend_z": ("y", np.array([0.0, 1.0, 0.0])),
+    "torsion": ("x", np.array([1.0, 0.0, 0.0])),
+}
 ALONG = 1e-3  # rad: an axis that is off by less is parallel, as rounded orientations leave it
 
 
-def refuse_chord_with_moments(top: Section, bodies: dict[str, Body], joints: Sequence[Joint]) -> None:
-    """Refuse a beam whose frame is the chord where a joint bears the bending moment of an end.
+def refuse_moments_not_kept(top: Section, bodies: dict[str, Body], joints: Sequence[Joint]) -> None:
+    """Refuse a beam that keeps no shape of a moment which a joint bears at one of its nodes.
 
     Args:
         top: The whole file, for messages.
@@ -35,37 +41,42 @@ def refuse_chord_with_moments(top: Section, bodies: dict[str, Body], joints: Seq
         ConfigError: Names the joint, the node and what to write instead.
     """
     for name, beam in bodies.items():
-        if not isinstance(beam, Beam) or beam.reduction.frame != "chord":
+        if not isinstance(beam, Beam):
             continue
         for joint, node, about in _moments(beam, bodies, joints):
-            dropped = f"drops the shapes that a moment at an end makes, and joint '{joint.name}' bears one "
-            dropped += f"about {about} at '{name}.{node}'; expected only passive hinges there, or frame: "
-            dropped += f"clamped, or interface: welded with '{node}' in retain"
-            raise top.section("bodies").section(name).section("reduction").error("frame", "chord", dropped)
+            if fault := _fault(beam, node, about):
+                key, why, instead = fault
+                borne = f"joint '{joint.name}' bears one about {about} at '{name}.{node}'"
+                said = f"{why}, and {borne}; expected only passive hinges there, or {instead}"
+                section = top.section("bodies").section(name).section("reduction")
+                raise section.error(key, getattr(beam.reduction, key), said)
+
+
+def _fault(beam: Beam, node: str, about: str) -> tuple[str, str, str] | None:
+    """Return which key drops the shape of a moment about an axis, how, and what keeps it; None where kept."""
+    reduction, end = beam.reduction, tied_end(beam, node)
+    is_welded = reduction.interface == "welded"
+    if reduction.frame == "chord" and end and about != "x":
+        if is_welded and end in {tied_end(beam, name) for name in reduction.retain}:
+            return None
+        drops = "drops the shapes that a moment at an end makes"
+        return "frame", drops, f"frame: clamped, or interface: welded with '{node}' in retain"
+    if is_welded or end == "root":  # which the frame holds
+        return None
+    return "interface", "keeps no shape that a moment at a node makes", "interface: welded"
 
 
 def _moments(
     beam: Beam, bodies: dict[str, Body], joints: Sequence[Joint]
 ) -> Iterator[tuple[Joint, str, str]]:
-    """Yield joints that bear a bending moment of an end that is not kept: joint, node, about which axis."""
-    reduction = beam.reduction
-    kept = {_end(beam, node) for node in reduction.retain if reduction.interface == "welded"}
+    """Yield joints that bear a moment that deforms the beam: joint, node, about which axis."""
     for joint in joints:
         for here in (joint.parent, joint.child):
-            if here.body != beam.name or _end(beam, here.node) in kept | {None}:
+            if here.body != beam.name:
                 continue
             for about, axis in (TURNS[way] for way in TURNS if way in beam.deformation):
                 if _bears(joint, here, axis, bodies, joints):
                     yield joint, here.node, about
-
-
-def _end(beam: Beam, node: str) -> str | None:
-    """Return which end of a beam a node is tied to without anything that bends; None for neither."""
-    x = beam.nodes[node]
-    for start, stop in ((0.0, 0.0), (beam.length, beam.length), *stretches(beam, rigid=True)):
-        if start <= x <= stop and (start == 0.0 or stop >= beam.length):
-            return "root" if start == 0.0 else "end"
-    return None
 
 
 def _bears(
