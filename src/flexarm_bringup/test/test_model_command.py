@@ -202,6 +202,14 @@ def test_axial_loads_of_imported_bodies_are_told(monkeypatch: pytest.MonkeyPatch
     assert told == (f"{tree.n_q}, {model.n_eta}",)
 
 
+def test_bodies_that_rest_bent_at_the_pose_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(page, "describe_bent", lambda tree, q: (f"{tree.n_q}, {q.tolist()}",))
+    tree, _, home = serve("single_link", "", "home")
+    model = linearize(tree, np.array([0.4]))
+    told = page.build_page(analyse(tree, model, home)).remarks["suspicions"]
+    assert told == (f"{tree.n_q}, {model.q0.tolist()}",)
+
+
 def test_stocky_beams_without_shear_and_odd_materials_are_told(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

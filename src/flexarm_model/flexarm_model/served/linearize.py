@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.bodies.reduction import mode_basis
+from flexarm_model.served.bent_bodies import turns_at_rest
 from flexarm_model.served.loop_closing import CLOSED, close_at
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
 from flexarm_model.served.rest import Settled, come_to_rest, is_stable
@@ -159,9 +160,7 @@ def _refuse_beyond_stops(tree: ReducedTree, pose: Array, q: Array) -> None:
 
 def _refuse_bent(tree: ReducedTree, pose: Array, q: Array) -> None:
     """Raise PoseError where a body rests at q (n_q,) so bent that its shapes, of first order, do not hold."""
-    for name, body in tree.bodies.items():
-        at = tree.elastic_coordinates(name)
-        turn = float(abs(body.turns @ q[at.start : at.stop]).max(initial=0.0))
+    for name, turn in turns_at_rest(tree, q).items():
         if turn > BENT:
             where = f"pose {np.round(pose, 6).tolist()}: '{name}' rests bent"
             raise PoseError(
