@@ -161,6 +161,35 @@ def test_half_power_on_lines_is_within_what_its_page_says_or_refused(lines: floa
     assert ((low - 0.005 <= off) & (off <= high + 0.005)).all()
 
 
+@pytest.mark.parametrize(
+    ("zeta", "percent"), [(0.01, 0.01), (0.05, 0.25), (0.1, 1.04), (0.2, 4.67), (0.3, 13.73)]
+)
+def test_half_power_reads_too_much_of_a_damped_mode_by_what_its_page_says(
+    zeta: float, percent: float
+) -> None:
+    """However fine the lines are: a resonance is no symmetric curve over the frequency."""
+    f_0, step = 20.0, 0.004
+    f = np.arange(1.0, 40.0, step)
+    magnitude = one_mode(f, f_0, zeta)
+    on_lines, between = (half_power(f, magnitude, f_0, interpolate) for interpolate in (False, True))
+    chords = (step / (2 * zeta * f_0)) ** 2 / 4
+    exact = np.sqrt((2 - 2 * zeta**2) / (1 - 2 * zeta**2 + np.sqrt(1 - 8 * zeta**2 + 8 * zeta**4)))
+    assert between.zeta / zeta == pytest.approx(exact, rel=chords + 1e-7)
+    assert 100 * (between.zeta / zeta - 1) == pytest.approx(percent, abs=0.005)
+    last = 6 * zeta**4  # what the next terms of the series are, with some room
+    assert between.zeta / zeta == pytest.approx(1 + zeta**2, abs=last + chords)
+    assert between.stiffness / (2 * np.pi * f_0) ** 2 == pytest.approx(1 - 1.5 * zeta**2, abs=last + chords)
+    nearest = step / (2 * zeta * f_0)  # half a line on either side
+    assert on_lines.zeta / zeta == pytest.approx(1 + 2 * zeta**2, abs=2 * last + nearest)
+
+
+def test_half_power_is_refused_where_the_curve_does_not_fall_to_it_below_the_peak() -> None:
+    f = np.arange(1e-3, 40.0, 0.004)
+    half_power(f, one_mode(f, 20.0, 0.382), 20.0)
+    with pytest.raises(ValueError, match="does not fall to half power"):
+        half_power(f, one_mode(f, 20.0, 0.383), 20.0)
+
+
 def test_a_single_mode_on_the_grid_of_seed_000_reads_no_band_that_its_peak_is_outside_of() -> None:
     """13.88 Hz read 64 % too little damping, from a band of 13.72 to 13.82 Hz."""
     f = 0.3125 * np.arange(1.0, 801.0)
