@@ -8,6 +8,7 @@ import pytest
 from described_arm import Arm
 from served_arms import limits_of_hub, single_link, state_of, two_axes, two_axis_limits
 
+from flexarm_controller.controller import Controller
 from flexarm_controller.laws import LawInputs, build_mpc
 from flexarm_controller.motion.arm_loads import ArmLoads
 from flexarm_controller.mpc import Mpc
@@ -174,3 +175,22 @@ def test_the_rows_of_torques_and_rates_move_by_it_at_the_begin_of_blocks():
     at = DT * (torques_kept(config, DT) + 0.5 + np.array([-1.0, 0.0, 1.0, 2.0]))
     np.testing.assert_allclose(found.rows[:6].reshape(3, 2), np.outer(at[1:], [1.0, 2.0]))
     np.testing.assert_allclose(found.rows[6:].reshape(3, 2), np.outer(np.diff(at), [1.0, 2.0]))
+
+
+def test_malformed_states_never_raise_nor_leave_the_limits(bending):
+    rng, home = np.random.default_rng(2), np.array(bending.config.home)
+    law, mpc = ControllerConfig(period=DT), MpcConfig(time_limit=0.0, arm_torque=True)
+    controller = Controller(bending.model, bending.limits, law, mpc, arm=bending.config)
+    assert not controller.follow(there_and_back(home, home + np.array([0.9, -0.6, 0.8])))
+    still = np.append(home, np.zeros(2 * bending.model.n - 3))
+    modes = set()
+    for k in range(1500):
+        x, t = still.copy(), k * DT
+        if rng.random() < 0.2:
+            x[rng.integers(x.size)] = rng.choice([np.nan, np.inf, 1e308, 1e3])
+        if rng.random() < 0.1:
+            t = rng.choice([np.nan, np.inf, -np.inf, 1e300, 0.0])
+        command = controller.step(state_of(x, bending.model, t))
+        assert (abs(command.tau) <= bending.limits.effort).all()
+        modes.add(command.mode)
+    assert {"mpc"} < modes

@@ -112,9 +112,10 @@ class TorqueBeyond:
     def look(self, reference: Reference, t: float) -> Beyond | None:
         """Return the torque for a state at ``t`` [s]; None where the model knows all of it. Read-only."""
         dt = self._grid.dt
-        window = round((t - self._start) / dt) if reference is self._reference else -1
-        is_known = 0 <= window < WINDOWS and abs(t - self._start - window * dt) <= SAME_INSTANT
-        if not is_known:
+        periods = (t - self._start) / dt
+        window = round(periods) if 0.0 <= periods + 0.5 < WINDOWS else -1  # also where t is no number
+        is_known = reference is self._reference and window >= 0
+        if not is_known or abs(t - self._start - window * dt) > SAME_INSTANT:
             self._reference, self._start, window = reference, t, 0
             self._windows = self._work_out(reference, t)
         return self._windows[window] if self._windows else None
