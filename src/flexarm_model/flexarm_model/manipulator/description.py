@@ -49,7 +49,7 @@ class Axis:
         velocity: Largest velocity [rad/s or m/s].
         lower, upper: Lowest and highest position [rad or m].
         damping_ratio: Of every mode that strains this spring alone [1].
-        guess: Where the axis stands, about, at the home pose [rad or m]; closing a loop starts there.
+        guess: Where the axis stands, about, at the home pose [rad or m]; closing its loop starts there.
         backlash: Total play of this spring [rad or m], half of it on either side of zero; there it bears
             nothing in the simulated rig. Models of the arm take the gear as engaged: as if there were none.
     """

@@ -18,7 +18,7 @@ from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBo
 from flexarm_model.manipulator.parameter_law import ParameterLaws, read_parameters
 from flexarm_model.reading.config_bodies import read_bodies, read_node
 from flexarm_model.reading.config_chord import refuse_moments_not_kept
-from flexarm_model.reading.config_joints import read_joints, sort_joints
+from flexarm_model.reading.config_joints import read_joints, refuse_idle_guesses, sort_joints
 from flexarm_model.reading.config_sensors import read_sensors
 from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
 from flexarm_model.settings.units import axis_dimension, si_unit
@@ -49,6 +49,7 @@ def load_config(
     parameters = read_parameters(top)
     laws = ParameterLaws(parameters)
     joints, closures = sort_joints(top, read_joints(top, bodies, laws), bodies)
+    refuse_idle_guesses(top, joints, closures)
     laws.refuse_unused(top)
     refuse_moments_not_kept(top, bodies, (*joints, *closures))
     config = ManipulatorConfig(

@@ -6,6 +6,7 @@ import math
 
 from flexarm_model.manipulator.body_spec import Body
 from flexarm_model.manipulator.description import AXES, WORLD, Axis, Joint
+from flexarm_model.manipulator.loop_joints import joints_in_loops
 from flexarm_model.manipulator.parameter_law import ParameterLaws
 from flexarm_model.reading.config_bodies import read_node
 from flexarm_model.reading.config_placement import read_placement
@@ -95,6 +96,18 @@ def _refuse_idle(section: Section, axis: Axis) -> None:
         idle.append(("guess", "it is of an axis without motor; where motors stand, served.home says"))
     for key, whose in idle:
         raise section.error(key, section.take(key), f"has no effect; {whose}")
+
+
+def refuse_idle_guesses(top: Section, joints: tuple[Joint, ...], closures: tuple[Joint, ...]) -> None:
+    """Raise ConfigError where a joint that lies in no loop says where closing one starts."""
+    looped, whole = joints_in_loops(joints, closures), top.section("joints")
+    for joint in joints:
+        axes = whole.section(joint.name).section("axes", {})
+        for axis in joint.axes if joint.name not in looped else ():
+            section = axes.section(axis.name)
+            if section.has("guess"):
+                allowed = f"has no effect; it is of an axis in a loop, and '{joint.name}' is in none"
+                raise section.error("guess", section.take("guess"), allowed)
 
 
 def sort_joints(

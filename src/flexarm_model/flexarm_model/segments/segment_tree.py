@@ -20,10 +20,10 @@ from scipy.linalg import eigh
 from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.manipulator.description import ManipulatorConfig, NodeRef
 from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.segments.segment_damping import segment_damping
 from flexarm_model.segments.segment_loops import RANK_TOLERANCE, STRIDE, SegmentLoops, null_space, row_space
 from flexarm_model.segments.segment_model import SegmentModel
 from flexarm_model.tree.closure_error import ClosureError
-from flexarm_model.tree.modal_damping import Losses, modal_damping
 
 Array = NDArray[np.float64]
 
@@ -46,14 +46,16 @@ class SegmentTree:
         """
         self.config, self.n_segments = config, n_segments
         built = SegmentModel(config, n_segments)
-        self.model, self._places, self._springs = built.model, built.places, built.springs
+        self.model, self._places = built.model, built.places
+        self.springs = built.springs  # index in q, deformation and segment of every spring, by beam
         self.axes: dict[str, int] = built.axes  # index of every axis "joint.axis" in q
         self.axis_names: list[str] = list(built.axes)
         self.n_q: int = self.model.nv
         self.K = np.diag(built.stiffness)
         self.data = pin.Data(self.model)  # createData() would copy it: gigabytes for hundreds of joints
         self.loops = SegmentLoops(self.model, self.data, built.loop_ends)
-        self.D = np.diag(built.damping) + self._modal_damping()
+        self.D = np.diag(built.damping)
+        self.D += segment_damping(self)
 
     @property
     def actuated(self) -> list[int]:
@@ -185,7 +187,7 @@ class SegmentTree:
         at, total = beam.nodes[body.node], 0.0
         for kind, lever in (("bend_y", -sensor.offset[0]), ("bend_z", sensor.offset[1]), ("stretch", 1.0)):
             springs = [
-                (segment, q[index]) for index, name, segment in self._springs[body.body] if name == kind
+                (segment, q[index]) for index, name, segment in self.springs[body.body] if name == kind
             ]
             if springs:
                 x = np.array([segment.spring_at for segment, _ in springs])
@@ -215,28 +217,6 @@ class SegmentTree:
             K, M = N.T @ K @ N, N.T @ M @ N
         value = eigh((K + K.T) / 2, M, eigvals_only=True)[:count]
         return np.asarray(np.sqrt(np.maximum(value, 0.0)))
-
-    def _modal_damping(self) -> Array:
-        """Return the damping that the ratios and rates of beams and axes mean, (n_q, n_q)."""
-        ratio, rate = np.zeros(self.n_q), np.zeros(self.n_q)
-        for name, springs in self._springs.items():
-            beam = self.config.bodies[name]
-            assert isinstance(beam, Beam)
-            own = [index for index, _, _ in springs]
-            ratio[own], rate[own] = beam.damping_ratio, beam.damping_rate
-        for name, axis in self.config.axes.items():
-            ratio[self.axes[name]] = axis.damping_ratio
-        losses = Losses(self.K * ratio, self.K * rate)
-        if not losses.any():
-            return np.zeros((self.n_q, self.n_q))
-        home, e = self.close(self.config.damping_pose), self._unheld()
-        Z = np.zeros((self.n_q, e.size))
-        Z[e, np.arange(e.size)] = 1.0
-        Z = Z @ null_space(self.loops.jacobian(home)[:, e])
-        names = [f"segment coordinate {i}" for i in range(self.n_q)]
-        for name, index in self.axes.items():
-            names[index] = name
-        return modal_damping(self.mass_matrix(home), self.K, losses, Z, names)
 
 
 def _interpolate(at: float, x: Array, y: Array) -> float:

@@ -1,7 +1,12 @@
-"""Damping ratios hold at the home of the description, wherever the arm starts."""
+"""Damping ratios hold at the home of the description, wherever the arm starts.
+
+There bodies are unbent, loops closed, and axes with neither motor nor loop stand where weight and springs
+let them rest.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import casadi as ca
@@ -9,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.loop_joints import passive_axes_outside_loops
+from flexarm_model.served.rest import come_to_rest
 from flexarm_model.tree.closure import Loops, find_loops, null_space
 from flexarm_model.tree.closure_rows import ClosureRows
 from flexarm_model.tree.coordinates import Coordinates, assumed_home
@@ -22,7 +29,7 @@ def home_damping(
     at: Coordinates,
     rows: ClosureRows,
     loops: Loops,
-    mass: ca.Function,
+    inertia: tuple[ca.Function, Callable[[], ca.Function]],
     stiffness: tuple[Array, Losses],
 ) -> Array:
     """Return the damping that the ratios and rates of bodies and springs mean, (n_q, n_q).
@@ -32,7 +39,7 @@ def home_damping(
         at: Its coordinates.
         rows: Of its loops.
         loops: Closed where the arm starts.
-        mass: q -> M(q).
+        inertia: q -> M(q), and what makes q -> forces of weight, (n_q,), and their derivative, (n_q, n_q).
         stiffness: Of springs and bodies, (n_q, n_q), and what its parts lose.
 
     Raises:
@@ -46,6 +53,22 @@ def home_damping(
     if config.damped_at is not None:
         described = assumed_home(replace(config, home=config.damping_pose), at)
         home = find_loops(rows, described, at.loose_axes, at.sprung_axes, config.name).home
+    mass = inertia[0]
+    if passive := [at.names.index(name) for name in passive_axes_outside_loops(config)]:
+        home = _let_rest(home, np.array(passive), mass, inertia[1](), K)
     G = rows.near(home)[1][loops.rows]
     Z = null_space(G, at.actuated, f"{config.name}: the home pose")[:, len(at.actuated) :]
     return modal_damping(np.array(mass(home)), K, losses, Z, at.names)
+
+
+def _let_rest(q: Array, e: Array, mass: ca.Function, weight: ca.Function, K: Array) -> Array:
+    """Return q (n_q,) with the axes e where weight and springs K let them rest; q itself if nothing does."""
+
+    def linearisation(q: Array) -> tuple[Array, ...]:
+        """Return mass, damping, stiffness, and the forces on the axes e alone: others set no scale."""
+        (force, slope), own = weight(q), np.zeros(q.size)
+        own[e] = (K @ q + np.array(force).ravel())[e]
+        return np.array(mass(q)), np.zeros_like(K), K + np.array(slope), own
+
+    rest = come_to_rest(linearisation, q, e)
+    return q if rest is None else rest

@@ -52,6 +52,13 @@ def inertia_sweep(
     return f
 
 
+def weight_function(inertia: ca.SX, symbols: tuple[ca.SX, ca.SX, ca.SX]) -> ca.Function:
+    """Return q -> what gravity asks of the coordinates at rest, (n_q,), and its derivative, (n_q, n_q)."""
+    q, *moving = symbols
+    (force,) = ca.substitute([inertia], moving, [ca.SX.zeros(q.numel())] * 2)
+    return ca.Function("weight", [q], [force, ca.jacobian(force, q)])
+
+
 def mass_matrix(inertia: ca.SX, a: ca.SX, graph: FrameGraph) -> ca.SX:
     """Return d(inertia forces)/da, (n_q, n_q), from the entries of the outer coordinates' rows.
 

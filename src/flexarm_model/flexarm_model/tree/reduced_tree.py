@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import casadi as ca
 import numpy as np
@@ -35,7 +35,7 @@ from flexarm_model.tree.coordinates import assumed_home, lay_out
 from flexarm_model.tree.equations import Symbols, equations
 from flexarm_model.tree.frame_graph import FrameGraph
 from flexarm_model.tree.frames import Motion, sparse
-from flexarm_model.tree.inertia import inertia_sweep, mass_matrix
+from flexarm_model.tree.inertia import inertia_sweep, mass_matrix, weight_function
 from flexarm_model.tree.sensors import Point, sensor_outputs
 from flexarm_model.tree.springs import OtherSprings, springs_and_dampers
 
@@ -233,7 +233,8 @@ class ReducedTree:
 
     def _springs_and_dampers(self) -> tuple[Array, Array]:
         mass = ca.Function("M", [self._q], [self._M])
-        return springs_and_dampers(self.config, self._at, self.bodies, (self._rows, self.loops), mass)
+        inertia = mass, partial(weight_function, self._inertia, (self._q, self._v, self._a))
+        return springs_and_dampers(self.config, self._at, self.bodies, (self._rows, self.loops), inertia)
 
     def _mass(self) -> ca.SX:
         if self.n_q < WORTHWHILE:

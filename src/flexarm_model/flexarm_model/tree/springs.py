@@ -30,7 +30,7 @@ def springs_and_dampers(
     at: Coordinates,
     bodies: Mapping[str, Superelement],
     loops: tuple[ClosureRows, Loops],
-    mass: ca.Function,
+    inertia: tuple[ca.Function, Callable[[], ca.Function]],
 ) -> tuple[Array, Array]:
     """Return the stiffness and damping of axes and bodies, (n_q, n_q) each.
 
@@ -39,14 +39,14 @@ def springs_and_dampers(
         at: Its coordinates.
         bodies: Its superelements.
         loops: Rows that close its loops, and where they do.
-        mass: q -> M(q).
+        inertia: q -> M(q), and what makes q -> forces of weight, (n_q,), and their derivative, (n_q, n_q).
 
     Raises:
         ClosureError: The loops do not close at home.
         ValueError: A motion has no mass; names its coordinates.
     """
     K, losses = stiffness(at, bodies)
-    return K, dampers(at, bodies) + home_damping(config, at, *loops, mass, (K, losses))
+    return K, dampers(at, bodies) + home_damping(config, at, *loops, inertia, (K, losses))
 
 
 class OtherSprings(Mapping[str, Any]):
