@@ -37,7 +37,7 @@ class SegmentModel:
 
         Args:
             config: The manipulator.
-            n_segments: Springs per beam.
+            n_segments: Springs per flexible stretch of a beam; a few more where joints stand within.
 
         Raises:
             ValueError: A body cannot be cut into segments, or not into so few.
@@ -116,7 +116,7 @@ class SegmentModel:
                 f"body '{beam.name}': the segment tree joins a beam at its root, not at '{root.node}'"
             )
         springs = self.springs[beam.name] = []
-        for segment in cut_beam(beam, self._n_segments):
+        for segment in cut_beam(beam, self._n_segments, self._joints_on(beam)):
             for kind, axis, stiffness in segment.springs:
                 name = f"{beam.name}.{kind}.{segment.index}"
                 at = self._add_coordinate(at, axis, placement, name, stiffness, beam.damping_time * stiffness)
@@ -130,3 +130,9 @@ class SegmentModel:
                 offset = np.array([beam.nodes[name] - segment.spring_at, 0.0, 0.0])
                 self.places[NodeRef(beam.name, name)] = (at, placement * pin.SE3(np.eye(3), offset))
             placement = placement * pin.SE3(np.eye(3), np.array([segment.to_next, 0.0, 0.0]))
+
+    def _joints_on(self, beam: Beam) -> list[float]:
+        """Return where joints stand on a beam [m]."""
+        joints = (*self._config.joints, *self._config.closures)
+        used = [ref for joint in joints for ref in (joint.parent, joint.child) if ref.body == beam.name]
+        return [beam.nodes[ref.node] for ref in used]

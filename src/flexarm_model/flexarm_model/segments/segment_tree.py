@@ -1,9 +1,9 @@
 """The segment tree: the same graph in Pinocchio, a beam as rigid segments joined by springs.
 
-Springs stand at the segment centres, stiffness ``EI/h``: second order in the segment length (springs at
-the segment starts are 10 % wrong in frequency, seed 002). Fully nonlinear and independent of the reduced
-tree, it is the oracle of the tests and a plant for the simulated rig. All coordinates q are kept; loops
-are constraints beside them::
+Springs stand at the segment centres, stiffness ``EI/h``, and joints in the middle of a segment: second order
+in the segment length (springs at the segment starts are 10 % wrong in frequency, seed 002). Fully nonlinear
+and independent of the reduced tree, it is the oracle of the tests and a plant for the simulated rig. All
+coordinates q are kept; loops are constraints beside them::
 
     M(q) a + h(q, v) + K q + D v = f + G' lambda          c(q) = 0          c' = G v
 """
@@ -39,7 +39,7 @@ class SegmentTree:
 
         Args:
             config: The manipulator.
-            n_segments: Springs per beam.
+            n_segments: Springs per flexible stretch of a beam; a few more where joints stand within.
 
         Raises:
             ValueError: A body cannot be cut into segments, or not into so few.

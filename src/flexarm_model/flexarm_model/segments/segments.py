@@ -3,17 +3,24 @@
 Every flexible stretch of the beam has n springs. The first segment reaches from the root to the first
 spring, the last from the last spring to the end: without rigid pieces n + 1 segments of length h/2, h,
 ..., h, h/2. A rigid piece belongs to the segment that it lies on.
+
+A segment is turned as the beam is at its middle alone, and wrong by the curvature times the distance
+elsewhere. What bears moments stands there, as at the ends: a stretch is cut where a joint or a mass with an
+inertia of its own stands, each part of length l has the next whole number of springs from n l / L up.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.bodies.beam import rigidities, section_inertia, shear_rigidities
 from flexarm_model.bodies.rigid_pieces import stretches
+from flexarm_model.bodies.short_elements import SHORTEST
 from flexarm_model.manipulator.body_spec import Beam, BeamPiece
 
 Array = NDArray[np.float64]
@@ -21,6 +28,7 @@ Array = NDArray[np.float64]
 _AXIS_OF = {
     "bend_y": "rz", "bend_z": "ry", "torsion": "rx", "stretch": "tx", "shear_y": "ty", "shear_z": "tz",
 }  # fmt: skip
+_WHOLE = 1e-9  # of a number of springs: rounding
 
 
 @dataclass(frozen=True)
@@ -50,19 +58,20 @@ class Segment:
     nodes: tuple[str, ...]
 
 
-def cut_beam(beam: Beam, n: int) -> list[Segment]:
-    """Return the segments of a beam with n springs per flexible stretch, from the root outwards.
+def cut_beam(beam: Beam, n: int, joints: Iterable[float] = ()) -> list[Segment]:
+    """Return the segments of a beam with n springs or more per flexible stretch, from the root outwards.
+
+    Args:
+        beam: The beam.
+        n: Springs of a stretch without joints within.
+        joints: Where these stand, distances from the root [m].
 
     Raises:
         ValueError: n is no whole number of 1 or more.
     """
     if not isinstance(n, int | np.integer) or n < 1:
         raise ValueError(f"n_segments is {n}; expected a whole number of springs per beam, 1 or more")
-    springs = [
-        (start + (k + 0.5) * (end - start) / n, (end - start) / n)
-        for start, end in stretches(beam, rigid=False)
-        for k in range(n)
-    ]
+    springs = _places(beam, n, {*joints, *(point.at for point in beam.point_masses if point.inertia)})
     frames = [(0.0, springs[0][1]), *springs]
     ends = [*(at for at, _ in springs), beam.length]
     segments = []
@@ -74,6 +83,25 @@ def cut_beam(beam: Beam, n: int) -> list[Segment]:
         offset = np.array([com - frame, 0.0, 0.0])
         segments.append(Segment(index, frame, h, stiffness, end - frame, mass, offset, inertia, inside))
     return segments
+
+
+def _places(beam: Beam, n: int, cuts: Iterable[float]) -> list[tuple[float, float]]:
+    """Return where springs stand, and what length of beam each stands for [m], from the root outwards.
+
+    A cut closer to the end of a stretch, or to another cut, than the shortest element is long is none.
+    """
+    springs: list[tuple[float, float]] = []
+    least = SHORTEST * beam.length
+    for start, end in stretches(beam, rigid=False):
+        ends = [start]
+        for cut in sorted(cuts):
+            if ends[-1] + least <= cut <= end - least:
+                ends.append(cut)
+        ends.append(end)
+        for a, b in pairwise(ends):
+            count = int(np.ceil(n * (b - a) / (end - start) - _WHOLE))
+            springs += [(a + (k + 0.5) * (b - a) / count, (b - a) / count) for k in range(count)]
+    return springs
 
 
 def _springs(beam: Beam, start: float, end: float) -> tuple[tuple[str, str, float], ...]:
