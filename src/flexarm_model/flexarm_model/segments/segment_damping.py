@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.manipulator.loop_joints import passive_axes_outside_loops
 from flexarm_model.segments.segment_loops import null_space
-from flexarm_model.served.rest import come_to_rest
 from flexarm_model.tree.modal_damping import Losses, modal_damping
+from flexarm_model.tree.rest import come_to_rest
 
 if TYPE_CHECKING:
     from flexarm_model.segments.segment_tree import SegmentTree

@@ -20,10 +20,10 @@ from flexarm_model.bodies.reduction import mode_basis
 from flexarm_model.served.bent_bodies import turns_at_rest
 from flexarm_model.served.loop_closing import CLOSED, close_at
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
-from flexarm_model.served.rest import Settled, come_to_rest, is_stable
 from flexarm_model.settings.units import axis_dimension, si_unit
 from flexarm_model.tree.massless import describe_massless, has_mass, name_moved
 from flexarm_model.tree.reduced_tree import ReducedTree
+from flexarm_model.tree.rest import Settled, come_to_rest, is_stable
 from flexarm_model.tree.sensors import output_names, output_units
 
 Array = NDArray[np.float64]

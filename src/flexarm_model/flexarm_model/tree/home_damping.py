@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.loop_joints import passive_axes_outside_loops
-from flexarm_model.served.rest import come_to_rest
 from flexarm_model.tree.closure import Loops, find_loops, null_space
 from flexarm_model.tree.closure_rows import ClosureRows
 from flexarm_model.tree.coordinates import Coordinates, assumed_home
 from flexarm_model.tree.modal_damping import Losses, modal_damping
+from flexarm_model.tree.rest import come_to_rest
 
 Array = NDArray[np.float64]
 
