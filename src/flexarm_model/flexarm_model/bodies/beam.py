@@ -110,8 +110,13 @@ class BeamMesh:
             np.linspace(a, b, p.elements + 1) for a, b, p in zip(ends, ends[1:], beam.pieces, strict=False)
         ]
         refuse_short_elements(beam)
+        turned = [
+            point.at for point in beam.point_masses if point.inertia
+        ]  # what bends on either side differs
         self.nodes = _with_interfaces(
-            np.concatenate(cuts), [beam.nodes[name] for name in interfaces], SHORTEST * beam.length
+            np.concatenate(cuts),
+            [*(beam.nodes[name] for name in interfaces), *turned],
+            SHORTEST * beam.length,
         )  # (n_nodes,)
         moving = sorted(
             6 * i + dof for i in range(self.nodes.size) for kind in beam.deformation for dof in _DOF_OF[kind]
