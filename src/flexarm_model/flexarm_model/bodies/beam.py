@@ -110,20 +110,13 @@ class BeamMesh:
             np.linspace(a, b, p.elements + 1) for a, b, p in zip(ends, ends[1:], beam.pieces, strict=False)
         ]
         refuse_short_elements(beam)
-        turned = [
-            point.at for point in beam.point_masses if point.inertia
-        ]  # what bends on either side differs
-        self.nodes = _with_interfaces(
-            np.concatenate(cuts),
-            [*(beam.nodes[name] for name in interfaces), *turned],
-            SHORTEST * beam.length,
-        )  # (n_nodes,)
+        held = [beam.nodes[name] for name in interfaces]
+        turned = [point.at for point in beam.point_masses if point.inertia]  # kinks of the curvature
+        self.nodes = _with_interfaces(np.concatenate(cuts), held + turned, SHORTEST * beam.length)
         moving = sorted(
             6 * i + dof for i in range(self.nodes.size) for kind in beam.deformation for dof in _DOF_OF[kind]
         )
-        self.transformation = rigid_transformation(
-            beam, self.nodes, [beam.nodes[name] for name in interfaces]
-        )
+        self.transformation = rigid_transformation(beam, self.nodes, held)
         self.active = np.intersect1d(moving, np.flatnonzero(self.transformation.any(axis=0)))
         self._ends = ends
         self._phi = self._softness()
