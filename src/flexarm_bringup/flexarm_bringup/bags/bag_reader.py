@@ -8,7 +8,6 @@ data file, as ours have, or of the chunks in it; in others a number may be anoth
 
 from __future__ import annotations
 
-import hashlib
 import struct
 import sys
 from collections import Counter
@@ -22,19 +21,22 @@ if sys.version_info >= (3, 14):
 else:
     from backports.zstd import ZstdError
 
+import apsw
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import Reader, ReaderError
 from rosbags.serde import SerdeError
 
-from flexarm_bringup.bags.bag_metadata import announced, instead_of_metadata
+from flexarm_bringup.bags.bag_files import check_files
+from flexarm_bringup.bags.bag_metadata import announced
 from flexarm_bringup.bags.bag_totals import check_totals, told_totals
 from flexarm_bringup.bags.bag_types import bag_types
-from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.cdr import NS_PER_S
 
 # rosbags lets errors of its parsers through when a file is garbage; a RuntimeError is LZ4's, or a recursion
 _BAD_FILE = (
-    ReaderError, ZstdError, OSError, EOFError, ArithmeticError, struct.error, MemoryError, RuntimeError
+    ReaderError, ZstdError, apsw.Error, OSError, EOFError, ArithmeticError, struct.error, MemoryError,
+    RuntimeError,
 )  # fmt: skip
 _BAD_CONTENT = (*_BAD_FILE, ValueError, LookupError, TypeError, AttributeError, AssertionError)
 _BAD_MESSAGE = (SerdeError, ValueError, LookupError, TypeError, struct.error, AssertionError)
@@ -128,7 +130,7 @@ def check_bag(path: Path, required: Sequence[str] = ()) -> Bag:
     Raises:
         BagError: It cannot be used; the text is one line with the reason.
     """
-    has_checksum = _refuse(path, "cannot be read", lambda: _check_files(path))
+    has_checksum = _refuse(path, "cannot be read", lambda: check_files(path))
     reader = _refuse(path, "metadata cannot be read", lambda: Reader(path))
     _refuse(path, "cannot be opened", reader.open)
     try:
@@ -154,7 +156,16 @@ def _records(reader: Reader, known: Sequence[Connection]) -> Iterator[Record]:
     _agree_on_qos(reader)
     reader.storage.storages.sort(key=lambda storage: storage.metadata.start_time)  # listed in any order
     for connection, log_time_ns, cdr in reader.messages(known):
+        _check_kinds(connection.topic, log_time_ns, cdr)
         yield Record(connection.topic, connection.msgtype, log_time_ns, bytes(cdr))
+
+
+def _check_kinds(name: str, log_time_ns: object, cdr: object) -> None:
+    """Refuse what a database holds in the place of a time or a message: it keeps values of any kind."""
+    if type(log_time_ns) is not int:
+        raise ReaderError(f"a message on {name} has the time {log_time_ns!r}, a whole number of ns expected")
+    if not isinstance(cdr, (bytes, bytearray, memoryview)):
+        raise ReaderError(f"a message on {name} is {cdr!r}, bytes expected")
 
 
 def _agree_on_qos(reader: Reader) -> None:
@@ -187,36 +198,6 @@ def _refuse(path: Path, what: str, action: Callable[[], Result]) -> Result:
     except _BAD_CONTENT as error:
         text = " ".join(str(error).split()) or type(error).__name__
         raise BagError(f"{path}: {what}: {text}") from error
-
-
-def _check_files(path: Path) -> bool:
-    """Return whether our recorder left a checksum; BagError where this is no bag, or not that recorded."""
-    if not path.is_dir():
-        raise BagError(
-            f"{path}: no such folder" if not path.exists() else f"{path}: is a file, not a bag folder"
-        )
-    if not (path / "metadata.yaml").is_file():
-        raise BagError(f"{path}: has no metadata.yaml ({instead_of_metadata(path)})")
-    return _check_sum(path)
-
-
-def _check_sum(path: Path) -> bool:
-    """Return whether our recorder left a checksum; BagError where it is not that of the data file."""
-    data = path / DATA_FILE
-    if not (path / CHECKSUM_FILE).is_file():
-        return False  # recorded by another program
-    expected = (path / CHECKSUM_FILE).read_text(encoding="utf8", errors="replace").split()
-    if not data.is_file():
-        if DATA_FILE not in expected:
-            return False  # somebody else's, of other files
-        raise BagError(f"{path}: its data file {DATA_FILE} is missing")
-    if not data.stat().st_size:
-        raise BagError(f"{path}: its data file {DATA_FILE} is empty")
-    if expected[:1] != [hashlib.sha256(data.read_bytes()).hexdigest()]:
-        raise BagError(
-            f"{path}: {DATA_FILE} is not what was recorded (SHA-256 differs: cut short or changed)"
-        )
-    return True
 
 
 def _check_counts(path: Path, counts: Mapping[str, int], records: Sequence[Record]) -> None:
