@@ -25,14 +25,9 @@ from rosbag2_layout import faults, write_version  # noqa: E402
 from flexarm_bringup import cli  # noqa: E402
 from flexarm_bringup.bags.bag_copy import copy_bag  # noqa: E402
 from flexarm_bringup.bags.bag_reader import check_bag, decode  # noqa: E402
-from flexarm_bringup.regress.case import (  # noqa: E402
-    EXPECT_FILE,
-    open_pinned,
-    pin,
-    read_case,
-    write_case,
-)
+from flexarm_bringup.regress.case import EXPECT_FILE, read_case, write_case  # noqa: E402
 from flexarm_bringup.regress.making import update_case  # noqa: E402
+from flexarm_bringup.regress.pinned import open_pinned, pin  # noqa: E402
 
 GOLDEN = Path(__file__).parent / "golden" / "single_link"
 COMMANDS = "/flexarm/joint_commands"

@@ -16,7 +16,8 @@ from planted_changes import PLANTED  # noqa: E402
 
 from flexarm_bringup import cli  # noqa: E402
 from flexarm_bringup.regress import replacing  # noqa: E402
-from flexarm_bringup.regress.case import EXPECT_FILE, open_pinned, read_case, write_case  # noqa: E402
+from flexarm_bringup.regress.case import EXPECT_FILE, read_case, write_case  # noqa: E402
+from flexarm_bringup.regress.pinned import open_pinned  # noqa: E402
 
 GOLDEN = Path(__file__).parent / "golden" / "single_link"
 TIP = "/flexarm/end_effector"

@@ -17,7 +17,8 @@ pytest.importorskip("rclpy", reason="needs ROS")
 
 from flexarm_bringup import cli  # noqa: E402
 from flexarm_bringup.conversions import deserialise, serialise  # noqa: E402
-from flexarm_bringup.regress.case import open_pinned, read_case  # noqa: E402
+from flexarm_bringup.regress.case import read_case  # noqa: E402
+from flexarm_bringup.regress.pinned import open_pinned  # noqa: E402
 from flexarm_bringup.replaying.replay_bag import OUTPUTS, replay  # noqa: E402
 
 # One second of 10 degrees on case A with MPC, recorded over DDS in lockstep (tests/make_golden.py).

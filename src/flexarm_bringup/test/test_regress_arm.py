@@ -10,7 +10,8 @@ from imported_arm import write_arm
 
 from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.configuration import configuration
-from flexarm_bringup.regress.case import Case, Pinned
+from flexarm_bringup.regress.case import Case
+from flexarm_bringup.regress.pinned import Pinned
 from flexarm_bringup.regress.playing import configured
 
 

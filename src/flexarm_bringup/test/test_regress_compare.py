@@ -13,11 +13,12 @@ pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode  # noqa: E402
 from flexarm_bringup.bags.bag_types import bag_types  # noqa: E402
-from flexarm_bringup.regress.case import Case, pin  # noqa: E402
+from flexarm_bringup.regress.case import Case  # noqa: E402
 from flexarm_bringup.regress.drift import Moved, find_moved  # noqa: E402
 from flexarm_bringup.regress.judge import Opened, compare  # noqa: E402
 from flexarm_bringup.regress.making import Renewal  # noqa: E402
 from flexarm_bringup.regress.page import moved_table, renewal_tables  # noqa: E402
+from flexarm_bringup.regress.pinned import pin  # noqa: E402
 from flexarm_bringup.regress.playing import Played  # noqa: E402
 from flexarm_bringup.replaying.compare import TOLERANCES, Comparison  # noqa: E402
 

@@ -9,7 +9,8 @@ from bag_fixture import write_bag
 
 from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, BagError
-from flexarm_bringup.regress.case import is_pinned, open_pinned, pin
+from flexarm_bringup.regress import pinned as pinning
+from flexarm_bringup.regress.pinned import is_pinned, open_pinned, pin
 
 MATRIX = "description/meshes/link/mass.mtx"
 
@@ -47,3 +48,14 @@ def test_only_the_checksum_of_the_bag_itself_is_no_part_of_it(bag: Path) -> None
     (bag / "description" / CHECKSUM_FILE).write_text("of somebody else\n")
     assert f"description/{CHECKSUM_FILE}" in pin(check_bag(bag)).sha256
     assert CHECKSUM_FILE not in pin(check_bag(bag)).sha256
+
+
+def test_a_bag_that_is_not_the_one_meant_is_refused_before_it_is_parsed(
+    bag: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A parser of changed bytes raised what nobody expected, and no other case was judged."""
+    pinned = pin(check_bag(bag))
+    (bag / "metadata.yaml").write_text("[" * 5000)
+    monkeypatch.setattr(pinning, "check_bag", lambda *_: pytest.fail("it was parsed"))
+    with pytest.raises(BagError, match="metadata.yaml is not the file that expect.yaml means"):
+        open_pinned(pinned)

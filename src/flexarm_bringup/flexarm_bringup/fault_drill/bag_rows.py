@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import io
 import shutil
 from collections.abc import Callable
@@ -58,6 +59,7 @@ def malformed_bags(stand: Named) -> list[Finding]:
             spoilt = Path(scratch) / "spoilt"
             shutil.copytree(case, spoilt)
             spoil(spoilt / "bag")
+            pin_again(spoilt, case)
             codes[name], reasons[name] = verdict(spoilt)
             shutil.rmtree(spoilt)
         unseen = flipped_unseen(case)
@@ -86,6 +88,17 @@ def resting_case(machine: str, folder: Path) -> Path:
             msg.name, msg.position = list(config.actuated), np.array(config.home, float).tolist()
             writer.write(JOINTS, k * PERIOD_NS, serialise(msg, streams[1].type))
     return make_case(folder / "cases" / machine, Source(folder / "recorded")).folder
+
+
+def pin_again(spoilt: Path, case: Path) -> None:
+    """Let the expectations mean every file of a bag as it is now, so that only its content can tell."""
+    expect = spoilt / EXPECT_FILE
+    content = yaml.safe_load(expect.read_text(encoding="utf8"))
+    for name in content["bag"]["sha256"]:
+        file, sound = spoilt / "bag" / name, case / "bag" / name
+        if file.is_file() and file.read_bytes() != sound.read_bytes():
+            content["bag"]["sha256"][name] = hashlib.sha256(file.read_bytes()).hexdigest()
+    expect.write_text(yaml.safe_dump(content), encoding="utf8")
 
 
 def verdict(folder: Path) -> tuple[int, str]:

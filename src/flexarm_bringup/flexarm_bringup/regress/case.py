@@ -13,19 +13,18 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from flexarm_bringup.bags.bag_reader import Bag, check_bag
-from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, BagError
+from flexarm_bringup.regress.pinned import EXPECT_FILE as EXPECT_FILE
+from flexarm_bringup.regress.pinned import Pinned
 from flexarm_bringup.replaying.compare import IGNORED, Tolerance
 from flexarm_model.settings.strict_yaml import Section, read_yaml
 
-EXPECT_FILE = "expect.yaml"
 FORMAT = "flexarm-regress/1"
 BAG, GOLDEN, REVIEWED = "bag", "golden", "tolerances_sha256"
 HIDING = ("skip", "skipif", "xfail")  # marks of pytest; flexarm_pytest ignores them, too
@@ -34,21 +33,6 @@ _HEAD = """\
 # A number may differ by atol + rtol |number|, atol in its SI unit; the first pattern that fits a field holds,
 # and what none fits must be equal.
 """
-
-
-@dataclass(frozen=True)
-class Pinned:
-    """A bag that may not change.
-
-    Attributes:
-        path: Its folder.
-        sha256: Of every file in it and in its folders but the checksum file, by its path in the bag.
-        counts: Messages by absolute topic [1].
-    """
-
-    path: Path
-    sha256: Mapping[str, str]
-    counts: Mapping[str, int]
 
 
 @dataclass(frozen=True)
@@ -130,51 +114,6 @@ def write_case(case: Case, name: str = EXPECT_FILE) -> None:
     (case.folder / name).write_text(_HEAD + text, encoding="utf8")
 
 
-def pin(bag: Bag) -> Pinned:
-    """Return what a bag is now."""
-    return Pinned(bag.path, _digests(bag.path), {name: count for name, count in bag.counts.items() if count})
-
-
-def is_pinned(pinned: Pinned) -> bool:
-    """Return whether all files of a bag are still those that were pinned."""
-    return pinned.path.is_dir() and _digests(pinned.path) == dict(pinned.sha256)
-
-
-def open_pinned(pinned: Pinned, required: Sequence[str] = ()) -> Bag:
-    """Read a bag and prove that it is whole and the one that was pinned.
-
-    Args:
-        pinned: What it must be.
-        required: Absolute topics that it must have messages of, whatever was pinned.
-
-    Raises:
-        BagError: It is not; the text is one line with the reason.
-    """
-    bag = check_bag(pinned.path, required)
-    for name, count in pinned.counts.items():
-        found = bag.counts.get(name, 0)
-        if found != count:
-            raise BagError(f"{pinned.path}: {name} has {found} messages, {EXPECT_FILE} says {count}")
-    unknown = [name for name, count in bag.counts.items() if count and name not in pinned.counts]
-    if unknown:
-        raise BagError(f"{pinned.path}: has messages on {unknown[0]}, {EXPECT_FILE} knows of none")
-    _check_files(pinned)
-    return bag
-
-
-def _check_files(pinned: Pinned) -> None:
-    """Refuse a bag with a file that is missing, another or too many."""
-    found = _digests(pinned.path)
-    for name in sorted({*pinned.sha256, *found}):
-        if name not in pinned.sha256:
-            text = f"{name} is not among the files of {EXPECT_FILE}; if it is of this bag, add {found[name]}"
-            raise BagError(f"{pinned.path}: {text}")
-        if pinned.sha256[name] != found.get(name):
-            raise BagError(
-                f"{pinned.path}: {name} is not the file that {EXPECT_FILE} means (SHA-256 differs)"
-            )
-
-
 def _read_pinned(section: Section, folder: Path) -> Pinned:
     sums, counts = section.section("sha256"), section.section("counts")
     pinned = Pinned(
@@ -234,9 +173,3 @@ def _tolerance_content(tolerance: Tolerance) -> dict[str, Any]:
 def _digest_of(tolerances: Sequence[Tolerance]) -> str:
     content = json.dumps([_tolerance_content(item) for item in tolerances])
     return hashlib.sha256(content.encode()).hexdigest()
-
-
-def _digests(folder: Path) -> dict[str, str]:
-    files = {p.relative_to(folder).as_posix(): p for p in sorted(folder.rglob("*")) if p.is_file()}
-    files.pop(CHECKSUM_FILE, None)
-    return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in files.items()}

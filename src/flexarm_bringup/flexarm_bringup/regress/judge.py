@@ -7,7 +7,8 @@ from pathlib import Path
 
 from flexarm_bringup.bags.bag_reader import Bag
 from flexarm_bringup.bags.bag_writer import BagError
-from flexarm_bringup.regress.case import EXPECT_FILE, Case, open_pinned, read_case
+from flexarm_bringup.regress.case import EXPECT_FILE, Case, read_case
+from flexarm_bringup.regress.pinned import open_pinned
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
 from flexarm_bringup.regress.settings_check import check_settings
 from flexarm_bringup.replaying.compare import Comparison, Divergence, compare_bags

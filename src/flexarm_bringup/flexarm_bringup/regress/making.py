@@ -12,9 +12,10 @@ from flexarm_bringup.bags.bag_copy import copy_bag
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter, refuse_inside
 from flexarm_bringup.bags.cdr import NS_PER_S
-from flexarm_bringup.regress.case import BAG, GOLDEN, Case, Pinned, pin, read_case, write_case
+from flexarm_bringup.regress.case import BAG, GOLDEN, Case, read_case, write_case
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.judge import compare, open_case
+from flexarm_bringup.regress.pinned import Pinned, pin
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
 from flexarm_bringup.regress.replacing import finish_replacing, replace_golden
 from flexarm_bringup.regress.settings_check import check_settings

@@ -14,7 +14,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from flexarm_bringup.bags.bag_reader import Bag
-from flexarm_bringup.regress.case import EXPECT_FILE, Case, is_pinned, pin, read_case, write_case
+from flexarm_bringup.regress.case import EXPECT_FILE, Case, read_case, write_case
+from flexarm_bringup.regress.pinned import is_pinned, pin
 
 NEW, OLD = ".new", ".old"  # ends of names
 
