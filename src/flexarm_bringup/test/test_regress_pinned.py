@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 from bag_fixture import write_bag
 
 from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, BagError
 from flexarm_bringup.regress import pinned as pinning
+from flexarm_bringup.regress.case import read_case
 from flexarm_bringup.regress.pinned import is_pinned, open_pinned, pin
+from flexarm_model.settings.strict_yaml import ConfigError
 
 MATRIX = "description/meshes/link/mass.mtx"
 
@@ -59,3 +63,26 @@ def test_a_bag_that_is_not_the_one_meant_is_refused_before_it_is_parsed(
     monkeypatch.setattr(pinning, "check_bag", lambda *_: pytest.fail("it was parsed"))
     with pytest.raises(BagError, match="metadata.yaml is not the file that expect.yaml means"):
         open_pinned(pinned)
+
+
+CASE: dict[str, Any] = {
+    "format": "flexarm-regress/1",
+    "bag": {"path": "bag", "sha256": {"data.mcap": ""}, "counts": {"/flexarm/joint_states": 2}},
+    "golden": {"path": "golden", "sha256": {"data.mcap": ""}, "counts": {"/flexarm/modal_state": 2}},
+    "tolerances": [],
+}
+
+
+@pytest.mark.parametrize("golden", ["bag", "golden/../bag", "link", "bag/golden", "."])
+def test_a_golden_bag_that_shares_a_folder_with_the_recorded_one_is_refused(
+    golden: str, bag: Path, tmp_path: Path
+) -> None:
+    """An update wrote it over the recorded bag."""
+    (tmp_path / "link").symlink_to(bag)
+    content = {**CASE, "golden": {**CASE["golden"], "path": golden}}
+    (tmp_path / "expect.yaml").write_text(yaml.safe_dump(content))
+    with pytest.raises(ConfigError) as caught:
+        read_case(tmp_path)
+    assert str(caught.value).startswith(f"{tmp_path}/expect.yaml: golden.path: '{golden}': ")
+    (tmp_path / "expect.yaml").write_text(yaml.safe_dump(CASE))
+    read_case(tmp_path)

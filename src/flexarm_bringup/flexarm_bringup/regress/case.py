@@ -93,6 +93,10 @@ def read_case(folder: Path) -> Case:
     section.done()
     if case.preset and not case.manipulator:
         raise section.error("preset", case.preset, "needs a manipulator; without one, it is as the bag says")
+    if _share_a_folder(case.bag, case.golden):
+        told = section.section(GOLDEN).text("path")
+        allowed = f"--update replaces it; expected another folder than {BAG}.path, neither in the other"
+        raise section.error(f"{GOLDEN}.path", told, allowed)
     return case
 
 
@@ -127,6 +131,12 @@ def _read_pinned(section: Section, folder: Path) -> Pinned:
         )
     section.done()
     return pinned
+
+
+def _share_a_folder(bag: Pinned, golden: Pinned) -> bool:
+    """Return whether two bags are in one folder, or one of them lies in the other."""
+    a, b = bag.path.resolve(), golden.path.resolve()
+    return a.is_relative_to(b) or b.is_relative_to(a)
 
 
 def _read_settings(section: Section) -> str:
