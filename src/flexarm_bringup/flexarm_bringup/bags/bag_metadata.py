@@ -1,4 +1,4 @@
-"""What the metadata of a bag announce, checked before a message is read."""
+"""What the metadata of a bag announce, and its data files of types, checked before a message is read."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, ReaderError
 
+from flexarm_bringup.bags.bag_definitions import check_definitions, check_hash
 from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.topics import find_stream
@@ -30,6 +31,9 @@ def announced(path: Path, reader: Reader) -> tuple[list[Connection], Counter[str
     for connection in known:
         counts[connection.topic] += connection.msgcount
         _check_type(path, connection)
+    check_definitions(
+        path, reader, {name for name, count in counts.items() if count}
+    )  # none misreads nothing
     custom = reader.storage.metadata.custom or {}
     if not isinstance(custom, dict):
         raise ReaderError(f"custom_data are not values by name, but {type(custom).__name__}")
@@ -55,8 +59,6 @@ def _check_type(path: Path, connection: Connection) -> None:
     stream = find_stream(name)
     if stream is not None and stream.type != kind:
         raise BagError(f"{path}: {name} has type {kind}, {stream.type} expected")
-    types = bag_types()
-    if kind not in types.types:
+    if kind not in bag_types().types:
         raise BagError(f"{path}: {name} has an unknown type {kind}")
-    if connection.digest and connection.digest != types.hash_rihs01(kind):
-        raise BagError(f"{path}: {name} was recorded with another definition of {kind}")
+    check_hash(path, name, kind, connection.digest)

@@ -16,6 +16,7 @@ from pathlib import Path
 from rosbags.rosbag2 import ReaderError
 from rosbags.rosbag2.metadata import parse_qos
 
+from flexarm_bringup.bags.bag_definitions import is_another
 from flexarm_bringup.bags.bag_reader import Record, Topic
 from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.bags.bag_writer import BagError
@@ -39,6 +40,7 @@ from flexarm_bringup.topics import find_stream
 
 NAMING = (SCHEMA, CHANNEL)  # records that say what topics are called
 QOS = "offered_qos_profiles"
+MSG = "ros2msg"  # encoding of a definition as it stands in a .msg file
 S_PER_NS = 1e-9
 _SHORT = struct.Struct("<H")
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
@@ -106,14 +108,22 @@ class McapStream:
 
     def _take(self, piece: Piece, chunk: Chunk | None) -> None:
         if piece.opcode == SCHEMA:
-            (number,) = _SHORT.unpack_from(piece.content)
-            self.types[number], _ = text(piece.content, 2)
+            self._on_schema(piece.content)
         elif piece.opcode == CHANNEL:
             self._on_channel(piece.content)
         elif piece.opcode == MESSAGE:
             self._on_message(piece.content, chunk)
         else:
             self._on_chunk(piece)
+
+    def _on_schema(self, content: memoryview) -> None:
+        (number,) = _SHORT.unpack_from(content)
+        kind, at = text(content, 2)
+        encoding, at = text(content, at)
+        if encoding == MSG and is_another(kind, text(content, at)[0]):
+            self.doubts.append(f"messages of {kind} are left out: recorded with another definition")
+            kind = f"another {kind}"  # which nobody knows
+        self.types[number] = kind
 
     def _on_channel(self, content: memoryview) -> None:
         number, schema = _SHORT.unpack_from(content)[0], _SHORT.unpack_from(content, 2)[0]
