@@ -69,6 +69,36 @@ def test_a_tip_that_is_no_number_is_a_dash_as_other_numbers_are() -> None:
     assert "      – +0.5000 +0.0000 m   3 sigma    – 0.20 0.00 mm" in shown
 
 
+HOSTILE = (
+    "a\x1b[2J\x07b\r\nc\t\u202e\ud800"  # clears a screen, rings, goes on in another line, runs backwards
+)
+
+
+def test_no_text_of_a_message_does_anything_to_the_terminal_but_stand_in_its_line() -> None:
+    """Names and texts of /diagnostics cleared it, set its title and broke lines."""
+    assert FULL.guard is not None and FULL.controller is not None
+    hostile = replace(
+        FULL,
+        title=HOSTILE,
+        model_id=HOSTILE,
+        foreign=HOSTILE,
+        estimate=("degraded", HOSTILE),
+        guard=replace(FULL.guard, reason=HOSTILE),
+        controller=replace(FULL.controller, mode=HOSTILE, reason=HOSTILE, active=(HOSTILE,)),
+        modes=(replace(FULL.modes[0], name=HOSTILE),),
+        axes=(replace(FULL.axes[0], name=HOSTILE),),
+        sensors=(replace(FULL.sensors[0], name=HOSTILE, reason=HOSTILE),),
+        topics=(replace(FULL.topics[0], name=HOSTILE),),
+        verdicts=(Verdict(HOSTILE, Level.ERROR, HOSTILE),),
+    )
+    for has_colour in (False, True):
+        lines = paint(draw(hostile), 300, has_colour)
+        assert all(ANSI.sub("", line).isprintable() for line in lines)
+    told = "a?[2J?b  c ??"
+    assert f"ERROR {told}: {told}" in text(hostile)
+    assert f"  {told}".ljust(23) + "stale" in text(hostile)  # in its column
+
+
 def test_topics_that_never_spoke_are_left_out() -> None:
     assert "strain" in text(FULL) and "reference" not in text(FULL)
 

@@ -1,5 +1,7 @@
 """A picture of the rig as lines for a terminal: spans of text with a colour, cut to its width.
 
+Names, reasons and diagnostics are texts of messages, of anybody: they are drawn as what they are, letters.
+
 The colour says what the word beside it says, too, so nothing is lost without colours.
 """
 
@@ -24,6 +26,7 @@ BAR = 24  # characters
 NAME = 20  # characters of the column of names, at least
 MM, MS = 1e3, 1e3
 MOST_TROUBLES = 6
+UNPRINTABLE = "?"  # drawn for what steers a terminal, or is no character
 _COLOUR = {"ok": GOOD, "armed": GOOD, "mpc": GOOD, "lqr": GOOD, "pd": GOOD, "nmpc": GOOD, "inactive": POOR}
 _COLOUR |= {"degraded": POOR, "starting": POOR, "stopped": POOR, "off": POOR, "stale": POOR}
 _COLOUR |= {"lost": BAD, "faulty": BAD, "rejected": BAD, "braking": BAD, "damping": BAD, "hold": BAD}
@@ -68,6 +71,13 @@ def number(value: float, form: str) -> str:
     """Return a number in a format, of the same width where it is not known."""
     text = format(value, form) if math.isfinite(value) else "–"
     return text.rjust(len(format(0.0, form)))
+
+
+def printable(text: str) -> str:
+    """Return a text of a message as it may be drawn: as many characters, none of which steers a terminal."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else " " if c.isspace() else UNPRINTABLE for c in text)
 
 
 def _head(picture: Picture) -> list[Line]:
@@ -204,7 +214,7 @@ def _room(picture: Picture) -> int:
 def _painted(line: Sequence[Span], width: int, has_colour: bool) -> str:
     text, left = "", width
     for span in line:
-        shown = span.text[:left]
+        shown = printable(span.text[:left])
         left -= len(shown)
         text += f"\x1b[{span.colour}m{shown}\x1b[0m" if has_colour and span.colour and shown else shown
     return text if has_colour else text.rstrip()
