@@ -153,6 +153,8 @@ WRONG: dict[str, tuple[Callable[[dict[str, Any]], None], str]] = {
     "count with a point": (of_topic(message_count=2.0), "has 2.0 messages"),
     "no name": (of_topic(name=None), "a topic None"),
     "no type": (of_topic(type=None), "of type None"),
+    "name that clears the screen": (of_topic(name="/a\x1b[2J"), r"a topic '/a\x1b[2J'"),
+    "type in two lines": (of_topic(type="lab_msgs/msg/A\nB"), r"of type 'lab_msgs/msg/A\nB'"),
     "custom list": (custom([1, 2]), "custom_data are not values by name, but list"),
     "custom text": (custom("abc"), "custom_data are not values by name, but str"),
 }

@@ -23,7 +23,7 @@ def announced(path: Path, reader: Reader) -> tuple[list[Connection], Counter[str
     """
     counts: Counter[str] = Counter()
     for connection in reader.connections:
-        if not isinstance(connection.topic, str) or not isinstance(connection.msgtype, str):
+        if not all(isinstance(t, str) and t.isprintable() for t in (connection.topic, connection.msgtype)):
             raise ReaderError(f"a topic {connection.topic!r} of type {connection.msgtype!r}")
         if type(connection.msgcount) is not int:
             raise ReaderError(f"{connection.topic} has {connection.msgcount!r} messages")
