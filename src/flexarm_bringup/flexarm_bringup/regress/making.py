@@ -88,11 +88,10 @@ def make_case(folder: Path, source: Source) -> Case:
             folder, source.about, pin(bag), unset, TOLERANCES,
             source.manipulator, source.preset, source.settings, source.markers,
         )  # fmt: skip
-        bag = configured(bag, draft)
-        named = replace(bag, path=source.bag)  # nobody knows the copy
-        configuration(named)
-        check_settings(named, draft)
-        check_ticks(named)
+        bag = replace(configured(bag, draft), path=source.bag)  # nobody knows the copy
+        configuration(bag)
+        check_settings(bag, draft)
+        check_ticks(bag)
         case = replace(draft, golden=pin(write_golden(_faultless(play(bag)), folder / GOLDEN)))
         write_case(case)
         return read_case(folder)  # what it would refuse later, marks say, it refuses now
@@ -156,8 +155,19 @@ def _bring(bag: Bag, folder: Path, until: float) -> Bag:
         except shutil.Error as error:  # a list of what went wrong with each file
             raise BagError(f"{folder} cannot be written: {error.args[0][0][2]}") from None
         return check_bag(folder)
-    end_ns = min(record.log_time_ns for record in bag.records) + round(until * NS_PER_S)
+    begin_ns = min(record.log_time_ns for record in bag.records)
+    end_ns = begin_ns + round(until * NS_PER_S)
+    _refuse_too_early(bag, begin_ns, end_ns)
     kept = [r for r in bag.records if r.log_time_ns < end_ns and r.name not in WALL_CLOCK]
     found = {record.name for record in kept}
     topics = tuple(topic for topic in bag.topics if topic.name in found)
     return copy_bag(replace(bag, topics=topics), folder, kept)
+
+
+def _refuse_too_early(bag: Bag, begin_ns: int, end_ns: int) -> None:
+    """Refuse an end [ns] before the first message on a topic without which there is nothing to replay."""
+    for name in NEEDED:
+        first_ns = min(record.log_time_ns for record in bag.records if record.name == name)
+        if first_ns >= end_ns:
+            told = f"within the first {(end_ns - begin_ns) / NS_PER_S:g} s no message on {name}"
+            raise BagError(f"{bag.path}: {told}; the first comes at {(first_ns - begin_ns) / NS_PER_S:.3f} s")

@@ -90,7 +90,7 @@ def play(bag: Bag) -> Played:
         except FAULTS as error:
             if _is_of_machine(error):
                 raise
-            text = " ".join(str(error).split())
+            text = " ".join(str(error).split()).removeprefix(f"{bag.path}: gives no {topic}: ")
             faults[topic] = text if isinstance(error, BagError) else f"{type(error).__name__}: {text}"
     records.sort(key=lambda record: record.log_time_ns)
     counts = {**Counter(record.name for record in records)}
