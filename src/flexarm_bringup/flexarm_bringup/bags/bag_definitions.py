@@ -27,20 +27,20 @@ HASH = "topic_type_hash"  # key of a channel of MCAP, since rosbag2 writes hashe
 _NO_DEFINITION = (TypesysError, ValueError, LookupError, TypeError, AssertionError, RecursionError)
 
 
-def check_definitions(path: Path, reader: Reader, names: AbstractSet[str]) -> None:
+def check_definitions(path: Path, reader: Reader, topics: AbstractSet[tuple[str, str]]) -> None:
     """Compare the definitions in the data files of an open bag with those known here.
 
     Args:
         path: Folder of the bag.
         reader: The bag.
-        names: Topics that are looked at, of types that are known here.
+        topics: Names and types, known here, that are looked at.
 
     Raises:
         BagError: A data file was written with another definition, or with one that nobody understands.
     """
     for storage in reader.storage.storages:
         for connection in storage.connections:
-            if connection.topic in names and connection.msgtype in bag_types().types:
+            if (connection.topic, connection.msgtype) in topics:
                 for found in _told_hashes(path, storage, connection):
                     check_hash(path, connection.topic, connection.msgtype, found)
 

@@ -31,9 +31,8 @@ def announced(path: Path, reader: Reader) -> tuple[list[Connection], Counter[str
     for connection in known:
         counts[connection.topic] += connection.msgcount
         _check_type(path, connection)
-    check_definitions(
-        path, reader, {name for name, count in counts.items() if count}
-    )  # none misreads nothing
+    with_messages = {(connection.topic, connection.msgtype) for connection in known if connection.msgcount}
+    check_definitions(path, reader, with_messages)  # of the others nothing is misread
     custom = reader.storage.metadata.custom or {}
     if not isinstance(custom, dict):
         raise ReaderError(f"custom_data are not values by name, but {type(custom).__name__}")
