@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sqlite3
 from pathlib import Path
 
@@ -90,3 +91,46 @@ def test_times_and_messages_of_another_kind_are_refused(
     with pytest.raises(BagError) as caught:
         check_bag(path)
     assert reason in str(caught.value)
+
+
+def leave_a_log(path: Path, mode: str) -> sqlite3.Connection:
+    """Change a message so that the change stands beside the database; return what keeps it there."""
+    base = sqlite3.connect(database(path))
+    base.execute(f"PRAGMA journal_mode = {mode}")
+    base.execute("PRAGMA cache_size = 1")
+    base.execute("UPDATE messages SET data = zeroblob(length(data))")
+    if mode == "WAL":
+        base.commit()
+    return base
+
+
+@pytest.mark.parametrize(("mode", "end"), [("WAL", "-wal"), ("DELETE", "-journal")])
+def test_a_database_whose_log_lies_beside_it_is_refused_until_sqlite_has_opened_it(
+    mode: str, end: str, path: Path, tmp_path: Path
+) -> None:
+    """What stood in the log was passed over: the bag that was read was not the one recorded."""
+    base = leave_a_log(path, mode)
+    killed = shutil.copytree(path, tmp_path / "killed")  # as whoever wrote it left it
+    base.rollback()
+    base.close()
+    log = database(killed).with_name(database(killed).name + end)
+    with pytest.raises(BagError) as caught:
+        check_bag(killed)
+    told = f"{killed}: {database(killed).name} is not all that was recorded, {log.name} belongs to it"
+    assert str(caught.value).startswith(told)
+    again = sqlite3.connect(database(killed))
+    again.execute(str(caught.value).split("'")[1])  # what the text tells to do
+    again.close()
+    assert not log.exists()
+    if mode == "DELETE":  # of a change that was never finished nothing is left
+        assert len(check_bag(killed).records) == COUNT
+    else:
+        with pytest.raises(BagError, match="does not decode"):
+            check_bag(killed)
+
+
+def test_an_empty_log_or_one_that_is_done_with_does_no_harm(path: Path) -> None:
+    """SQLite leaves them, when told to keep its files."""
+    Path(f"{database(path)}-wal").touch()
+    Path(f"{database(path)}-journal").write_bytes(bytes(512))  # PERSIST: a header of zeros
+    assert len(check_bag(path).records) == COUNT

@@ -8,6 +8,10 @@ from pathlib import Path
 from flexarm_bringup.bags.bag_metadata import instead_of_metadata
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError
 
+DATABASE = b"SQLite format 3\0"  # first bytes of one (SQLite's file format, 1.3.1)
+# what stands beside one that is being written; a log that was done with begins with 0, or is empty (5.1, 4.1)
+LOGS = ("-wal", "-journal")
+
 
 def check_files(path: Path) -> bool:
     """Return whether our recorder left a checksum of the data file, which then fits.
@@ -22,7 +26,26 @@ def check_files(path: Path) -> bool:
         )
     if not (path / "metadata.yaml").is_file():
         raise BagError(f"{path}: has no metadata.yaml ({instead_of_metadata(path)})")
+    _check_logs(path)
     return _check_sum(path)
+
+
+def _check_logs(path: Path) -> None:
+    """Refuse a database beside which a log stands that SQLite would go by: it is read without."""
+    for end in LOGS:
+        for log in sorted(path.glob(f"*{end}")):
+            base = log.with_name(log.name.removesuffix(end))
+            is_database = base.is_file() and _begin(base, len(DATABASE)) in (b"", DATABASE)
+            if is_database and _begin(log, 1).strip(b"\0"):
+                why = f"{log.name} belongs to it (its writer was killed, or still writes)"
+                cure = f"`sqlite3 {base} 'SELECT count(*) FROM messages'` brings it in order"
+                raise BagError(f"{path}: {base.name} is not all that was recorded, {why}; {cure}")
+
+
+def _begin(path: Path, count: int) -> bytes:
+    """Return the first bytes of a file."""
+    with path.open("rb") as file:
+        return file.read(count)
 
 
 def _check_sum(path: Path) -> bool:
