@@ -220,3 +220,13 @@ def test_a_way_that_cannot_be_gone_is_refused_with_where_it_ends(
     )
     with pytest.raises(ValueError, match=words):
         plan_course(StaticArm(ReducedTree(load_config(arm), use_compiler=False)), load_task(path), 0.005)
+
+
+def test_a_torque_that_the_filter_tells_is_not_planned_a_second_time(tmp_path: Path) -> None:
+    """Axes were off by 26 mrad instead of 5, and nobody said why."""
+    text = find_task("variable_stiffness").read_text(encoding="utf-8")
+    assert "filter: corrected" in text and "arm_torque: true" in text
+    path = tmp_path / "twice.yaml"
+    path.write_text(text.replace("filter: corrected", "filter: linear"), encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"twice.yaml: settings.mpc.arm_torque: True: expected false with"):
+        load_task(path)

@@ -127,7 +127,7 @@ class LawInputs:
     @cached_property
     def ahead(self) -> ArmAhead | None:
         """The arm along its references; None where nobody knows it or the settings do not want it."""
-        if self.arm is None or not self.mpc.arm_torque:
+        if self.arm is None or not self.mpc.arm_torque or self.config.law != "mpc":
             return None
         return ArmAhead(ArmLoads(ReducedTree(self.arm), self.limits, FINE))
 

@@ -65,7 +65,7 @@ class MpcConfig:
     )
     foresight: bool = parameter(False, "Predict with the models that are to come, each from its time on.")
     arm_torque: bool = parameter(
-        False, "Plan with all the torque that the arm's own motion takes; for filters that know it."
+        False, "Plan with the torque of the arm's own motion, unless the estimator's filter is linear."
     )
     position_limit: bool = parameter(True, "Keep the joint position limits inside the horizon too.")
     tip_error: float = parameter(

@@ -14,6 +14,7 @@ from flexarm_controller.motion.arm_loads import ArmLoads
 from flexarm_controller.mpc import Mpc
 from flexarm_controller.program.beyond import FINE, ArmAhead, Beyond, TorqueBeyond
 from flexarm_controller.program.delay import torques_kept
+from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import ControllerConfig, MpcConfig
@@ -59,35 +60,56 @@ def test_it_is_what_the_arm_itself_asks_less_than_its_served_model_says(bending,
     home = np.array(bending.config.home)
     asked = there_and_back(home, home + np.array([0.9, -0.6, 0.8]))
     kept, t = torques_kept(config, DT), 0.3
+    assert told.look(asked, t) is None  # nobody has looked along it yet, and a step is no time for that
+    told = TorqueBeyond(bending.model, ahead, effort, config, DT)
+    ahead.expect(asked)
     found, lead = told.look(asked, t), Mpc(bending.model, bending.limits, config, DT).lead
     w = np.vstack([found.sent, found.planned])
     instants = t + lead + DT * (np.arange(len(w)) - kept + 0.5)
-    parts = asked.sample(instants[::7])
-    model = asked.stacked(instants[::7]) @ told._rest.U.T + told._rest.u_0
-    arm = bending.torques(*parts)
+    theta, theta_dot, theta_ddot = asked.sample(instants[::7])
+    model = np.hstack([theta_dot, theta_ddot]) @ build_equilibrium(bending.model).U[:, 3:].T
+    still = np.zeros_like(theta)
+    arm = bending.torques(theta, theta_dot, theta_ddot) - bending.torques(theta, still, still)
     scale = abs(arm).max(axis=0)
     print(f"\nbeyond the model: {abs(model - arm).max(axis=0) / scale} of the torque")
     assert (abs(model - arm).max(axis=0) / scale).max() > 0.1  # there is something to tell
     np.testing.assert_allclose(w[::7] / scale, (model - arm) / scale, atol=2e-3)
 
 
-def test_at_rest_where_the_model_is_made_it_is_nothing_and_of_some_arms_always(bending):
-    config = MpcConfig(time_limit=0.0)
-    told = TorqueBeyond(bending.model, ArmAhead(bending.loads), bending.limits.effort, config, DT)
-    found = told.look(hold(bending.model.pose), 0.0)
-    np.testing.assert_allclose(np.vstack([found.sent, found.planned]), 0.0, atol=1e-8)
+def test_at_rest_it_is_nothing_wherever_and_of_some_arms_always(bending):
+    """What the loads on a way are off by left the axes 3 to 7 mrad beside their goals for good."""
+    config, ahead = MpcConfig(time_limit=0.0), ArmAhead(bending.loads)
+    told, home = TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT), bending.config.home
+    goal = np.array(home) + np.array([0.9, -0.6, 0.8])
+    ahead.expect(there_and_back(np.array(home), goal))
+    found = told.look(hold(goal + 0.1), 2.0)
+    assert not np.vstack([found.sent, found.planned]).any() and not found.rows.any()
     link = Arm("single_link")
     told = TorqueBeyond(link.model, ArmAhead(link.loads), link.limits.effort, config, DT)
-    assert told.look(there_and_back(np.zeros(1), np.ones(1)), 0.2) is None
+    asked = there_and_back(np.zeros(1), np.ones(1))
+    told._ahead.expect(asked)
+    assert told.look(asked, 0.2) is None
+
+
+def test_loads_are_made_when_somebody_waits_and_never_in_a_step(bending, monkeypatch):
+    """13 poses were looked at in the first step of an arm that stood off the begin of its reference."""
+    config, ahead = MpcConfig(time_limit=0.0), ArmAhead(bending.loads)
+    told, home = TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT), bending.config.home
+    way = there_and_back(np.array(home), np.array(home) + 0.8)
+    ahead.expect(way)
+    monkeypatch.setattr(bending.loads, "along", lambda reference: pytest.fail("loads made in a step"))
+    beside = there_and_back(np.array(home) + 0.05, np.array(home) + 0.75)
+    assert told.look(way, 0.3) is not None and told.look(beside, 0.3) is not None
+    elsewhere = there_and_back(np.array(home), np.array(home) - np.array([0.8, 0.6, 0.8]))
+    assert told.look(elsewhere, 0.3) is None
+    assert told.look(way, 0.3) is None  # forgotten; who follows it again expects it again
 
 
 def test_it_is_the_same_whenever_it_was_worked_out(bending):
-    config, home = MpcConfig(time_limit=0.0), np.array(bending.config.home)
+    config, home, ahead = MpcConfig(time_limit=0.0), np.array(bending.config.home), ArmAhead(bending.loads)
     asked = there_and_back(home, home + 0.5)
-    told, fresh = (
-        TorqueBeyond(bending.model, ArmAhead(bending.loads), bending.limits.effort, config, DT)
-        for _ in range(2)
-    )
+    ahead.expect(asked)
+    told, fresh = (TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT) for _ in range(2))
     for k in (0, 1, 15, 16, 40, 39, 7):
         fresh._reference = None
         for mine, other in zip(told.look(asked, k * DT), fresh.look(asked, k * DT), strict=True):
@@ -151,10 +173,13 @@ def test_laws_have_it_where_the_settings_want_it_and_somebody_knows_the_arm(bend
         "learning": LawInputs(bending.limits, law, replace(mpc, inertia_step=0.05), bending.config),
         "firm": LawInputs(bending.limits, law, replace(mpc, firm_time=0.1), bending.config),
     }
-    first = {
-        name: build_mpc(bending.model, inputs).step(state, asked, sent).torques[0]
-        for name, inputs in given.items()
-    }
+    first = {}
+    for name, inputs in given.items():
+        planner = build_mpc(bending.model, inputs)
+        if inputs.ahead is not None:
+            inputs.ahead.expect(asked)
+        first[name] = planner.step(state, asked, sent).torques[0]
+    assert replace(given["with"], config=replace(law, law="pd")).ahead is None  # which has no use for it
     np.testing.assert_array_equal(first["unknown"], first["without"])
     assert abs(first["with"] - first["without"]).max() > 1e-3
     np.testing.assert_allclose(first["learning"], first["with"], atol=1e-9)

@@ -190,6 +190,11 @@ def _check_settings(task: Task, key: str) -> None:
             given = task.settings.get(name, {})
             section = Section(dict(given), task.file, f"{key}.{name}")
             raise section.error(field_name, given.get(field_name, "the default"), allowed) from None
+    is_told_twice = task.make("estimator", EstimatorConfig).filter == "linear"
+    if is_told_twice and task.make("mpc", MpcConfig).arm_torque:
+        section = Section(dict(task.settings["mpc"]), task.file, f"{key}.mpc")
+        allowed = "expected false with estimator.filter linear, which tells this torque as an unmodelled one"
+        raise section.error("arm_torque", True, allowed)
 
 
 def _read_start(top: Section) -> str | dict[str, float]:

@@ -3,12 +3,15 @@
 A filter that knows the arm's own motion takes what a linear model leaves out of it from the unmodelled torque
 ``d``, and then nobody predicts it. Along the reference it is known before the motion begins,
 
-    w(t) = U r(t) + u_0 - tau(r(t))       U, u_0: ``equilibrium``       tau: ``Way``, the arm as described
+    w(t) = U_v theta' + U_a theta'' - D(theta) theta' - J(theta) theta'' - sum turning_jk theta_j' theta_k'
 
-a torque of whose opposite the arm needs more than the model says. With ``u' = u + w`` the arm is the served
-one again, ``x <- A x + B (u' + d) + c``: the program plans u', of which w is taken off again. Limits of the
-torque and of its rate are those of u, so the rows of u' move by w. Between two instants of the grid w is held
-at what it is in the middle, as torques are held.
+with U of ``equilibrium`` and the rest of ``Way``, the arm as described: it needs more than the model says by
+``-w``. With ``u' = u + w`` it is the served one again, ``x <- A x + B (u' + d) + c``: the program plans u',
+of which w is taken off again. Limits of the torque and of its rate are those of u, so the rows of u' move by
+w. Between two instants of the grid w is held at what it is in the middle, as torques are held.
+
+What weight and springs ask is left to the served models: at rest w is zero, whatever it is made of, and the
+arm stands where it shall.
 """
 
 from __future__ import annotations
@@ -30,6 +33,7 @@ from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 FINE = 0.25  # rad, of all axes together, from pose to pose
+BESIDE = 0.2  # rad from a way, of each axis: inertia changes by so little
 
 
 class Beyond(NamedTuple):
@@ -47,7 +51,7 @@ class Beyond(NamedTuple):
 
 
 class ArmAhead:
-    """The loads of an arm along what it follows; those of the last reference are kept."""
+    """The loads of an arm along what it follows: made when somebody waits, never in a step."""
 
     def __init__(self, loads: ArmLoads) -> None:
         """Take the loads of the arm wherever its axes are."""
@@ -56,14 +60,18 @@ class ArmAhead:
         self._way: Way | None = None
 
     def expect(self, reference: Reference | None) -> None:
-        """Look along what is to be followed, where somebody waits: it may take several periods."""
-        if reference is not None:
-            self.way(reference)
+        """Make the loads along what is to be followed; it may take several periods."""
+        self._reference = reference
+        self._way = None if reference is None else self._loads.along(reference)
 
     def way(self, reference: Reference) -> Way | None:
-        """Return the loads along a reference; None where they are those of any linear model."""
+        """Return the loads along a reference; None where they are those of any linear model, or not made.
+
+        Those of another reference stay good where this one goes beside its way.
+        """
         if reference is not self._reference:
-            self._reference, self._way = reference, self._loads.along(reference)
+            is_beside = self._way is not None and self._way.is_near(reference.theta, BESIDE)
+            self._reference, self._way = reference, self._way if is_beside else None
         return self._way
 
 
@@ -104,7 +112,7 @@ class TorqueBeyond:
         begins: NDArray[np.intp] = np.cumsum([0, *config.blocks[:-1]], dtype=np.intp)
         first = (whole + share - kept + 0.5) * dt
         self._grid, self._effort = _Grid(kept, config.horizon, begins, first, dt), effort
-        self._rest, self._ahead = build_equilibrium(model), ahead
+        self._U, self._ahead = build_equilibrium(model).U[:, effort.size :], ahead
         self._reference: Reference | None = None
         self._start = 0.0
         self._windows: list[Beyond] = []
@@ -135,9 +143,8 @@ class TorqueBeyond:
         """Return w at samples of a reference (k, 3 n_u), (k, n_u)."""
         n = self._effort.size
         theta, theta_dot, theta_ddot = (samples[:, i * n : (i + 1) * n] for i in range(3))
-        moving = way.viscous(theta, theta_dot) + way.turning(theta, theta_dot)
-        arm = way.holding(theta) + moving + way.inertia(theta, theta_ddot)
-        return np.asarray(samples @ self._rest.U.T + self._rest.u_0 - arm[:, :n])
+        arm = way.viscous(theta, theta_dot) + way.turning(theta, theta_dot) + way.inertia(theta, theta_ddot)
+        return np.asarray(samples[:, n:] @ self._U.T - arm[:, :n])
 
     def _window(self, w: Array) -> Beyond:
         sent, planned = w[: self._grid.kept], w[self._grid.kept :]
