@@ -29,7 +29,7 @@ from flexarm_controller.nonlinear.arm_equations import NonlinearModelError
 from flexarm_controller.nonlinear.nonlinear_arm import NonlinearArm
 from flexarm_controller.nonlinear.nonlinear_mpc import NonlinearMpc
 from flexarm_controller.nonlinear.settings import NmpcConfig
-from flexarm_controller.program.beyond import FINE, ArmAhead, TorqueBeyond
+from flexarm_controller.program.beyond import ArmAhead, TorqueBeyond
 from flexarm_controller.program.delay import torques_kept
 from flexarm_controller.program.foresight import Foresight
 from flexarm_controller.program.stage import Stage, build_stage
@@ -129,7 +129,7 @@ class LawInputs:
         """The arm along its references; None where nobody knows it or the settings do not want it."""
         if self.arm is None or not self.mpc.arm_torque or self.config.law != "mpc":
             return None
-        return ArmAhead(ArmLoads(ReducedTree(self.arm), self.limits, FINE))
+        return ArmAhead(ArmLoads(ReducedTree(self.arm), self.limits))
 
     def beyond(self, model: ReducedModel) -> TorqueBeyond | None:
         """Return what a model does not know of the torque along a reference, where that is wanted."""

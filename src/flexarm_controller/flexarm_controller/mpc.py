@@ -142,6 +142,8 @@ class Mpc:
 
     def work_ahead(self) -> None:
         """Set up a solver that no state needed so far: the next one may."""
+        if self._beyond is not None:
+            self._beyond.work_ahead()
         waiting = [solver for solver in self._solvers if not solver.is_ready]
         if waiting:
             waiting[0].get_ready()

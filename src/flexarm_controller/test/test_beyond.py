@@ -10,7 +10,7 @@ from served_arms import limits_of_hub, single_link, state_of, two_axes, two_axis
 
 from flexarm_controller.controller import Controller
 from flexarm_controller.laws import LawInputs, build_mpc
-from flexarm_controller.motion.arm_loads import ArmLoads
+from flexarm_controller.motion.arm_loads import MOST
 from flexarm_controller.mpc import Mpc
 from flexarm_controller.program.beyond import FINE, ArmAhead, Beyond, TorqueBeyond
 from flexarm_controller.program.delay import torques_kept
@@ -47,6 +47,14 @@ def there_and_back(start, goal, duration=1.0):
     )
 
 
+def look_along(ahead, reference):
+    """Let the loads along a reference be made, as in so many periods."""
+    ahead.expect(reference)
+    for _ in range(MOST):
+        ahead.step(reference)
+        ahead.work_ahead()
+
+
 @pytest.fixture(scope="module")
 def bending():
     return Arm("variable_stiffness")
@@ -55,14 +63,12 @@ def bending():
 @pytest.mark.parametrize("change", DELAYS)
 def test_it_is_what_the_arm_itself_asks_less_than_its_served_model_says(bending, change):
     config, effort = MpcConfig(time_limit=0.0, **change), bending.limits.effort
-    ahead = ArmAhead(ArmLoads(bending.tree, bending.limits, FINE))
+    ahead = ArmAhead(bending.loads)
     told = TorqueBeyond(bending.model, ahead, effort, config, DT)
     home = np.array(bending.config.home)
     asked = there_and_back(home, home + np.array([0.9, -0.6, 0.8]))
     kept, t = torques_kept(config, DT), 0.3
-    assert told.look(asked, t) is None  # nobody has looked along it yet, and a step is no time for that
-    told = TorqueBeyond(bending.model, ahead, effort, config, DT)
-    ahead.expect(asked)
+    look_along(ahead, asked)
     found, lead = told.look(asked, t), Mpc(bending.model, bending.limits, config, DT).lead
     w = np.vstack([found.sent, found.planned])
     instants = t + lead + DT * (np.arange(len(w)) - kept + 0.5)
@@ -81,37 +87,57 @@ def test_at_rest_it_is_nothing_wherever_and_of_some_arms_always(bending):
     config, ahead = MpcConfig(time_limit=0.0), ArmAhead(bending.loads)
     told, home = TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT), bending.config.home
     goal = np.array(home) + np.array([0.9, -0.6, 0.8])
-    ahead.expect(there_and_back(np.array(home), goal))
+    look_along(ahead, there_and_back(np.array(home), goal))
     found = told.look(hold(goal + 0.1), 2.0)
     assert not np.vstack([found.sent, found.planned]).any() and not found.rows.any()
     link = Arm("single_link")
     told = TorqueBeyond(link.model, ArmAhead(link.loads), link.limits.effort, config, DT)
     asked = there_and_back(np.zeros(1), np.ones(1))
-    told._ahead.expect(asked)
+    look_along(told._ahead, asked)
     assert told.look(asked, 0.2) is None
 
 
-def test_loads_are_made_when_somebody_waits_and_never_in_a_step(bending, monkeypatch):
-    """13 poses were looked at in the first step of an arm that stood off the begin of its reference."""
-    config, ahead = MpcConfig(time_limit=0.0), ArmAhead(bending.loads)
-    told, home = TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT), bending.config.home
-    way = there_and_back(np.array(home), np.array(home) + 0.8)
-    ahead.expect(way)
-    monkeypatch.setattr(bending.loads, "along", lambda reference: pytest.fail("loads made in a step"))
-    beside = there_and_back(np.array(home) + 0.05, np.array(home) + 0.75)
-    assert told.look(way, 0.3) is not None and told.look(beside, 0.3) is not None
-    elsewhere = there_and_back(np.array(home), np.array(home) - np.array([0.8, 0.6, 0.8]))
-    assert told.look(elsewhere, 0.3) is None
-    assert told.look(way, 0.3) is None  # forgotten; who follows it again expects it again
+def test_loads_are_made_between_steps_one_by_one_and_used_from_a_step_on_that_is_certain(bending):
+    """13 poses were looked at in one step, and as many where a goal was accepted: 50 ms without a command."""
+    config, home = MpcConfig(time_limit=0.0), np.array(bending.config.home)
+    way, goal = there_and_back(home, home + 0.8), home - np.array([0.8, 0.6, 0.8])
+    first, made = [], []
+    for between in (1, 0, 3):  # as on a rig, as without anybody who works ahead, and with two who do
+        ahead = ArmAhead(bending.loads)
+        told = TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT)
+        ahead.expect(way)
+        found = []
+        while not found or found[-1] is None:
+            found.append(told.look(way, 0.3 + DT * len(found)))
+            before = len(ahead._left)
+            for _ in range(between):
+                ahead.work_ahead()
+            made.append(before - len(ahead._left))
+        first.append(len(found))
+        beside = there_and_back(home + 0.05, home + 0.75)
+        assert told.look(beside, 0.3) is not None
+        assert told.look(there_and_back(home, goal), 0.3) is None  # where nobody has looked along
+    assert first[0] == first[1] == first[2] == len(bending.loads.poses_along(way, FINE)[0])
+    assert max(made) == 3
+
+
+def test_while_the_way_of_a_new_reference_is_looked_at_that_before_counts(bending):
+    config, home, ahead = MpcConfig(time_limit=0.0), np.array(bending.config.home), ArmAhead(bending.loads)
+    told = TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT)
+    way, other = there_and_back(home, home + 0.8), there_and_back(home + 0.8, home)
+    look_along(ahead, way)
+    before = told.look(way, 0.3)
+    ahead.expect(other)
+    assert before is not None and told.look(other, 0.3) is not None
 
 
 def test_it_is_the_same_whenever_it_was_worked_out(bending):
     config, home, ahead = MpcConfig(time_limit=0.0), np.array(bending.config.home), ArmAhead(bending.loads)
     asked = there_and_back(home, home + 0.5)
-    ahead.expect(asked)
+    look_along(ahead, asked)
     told, fresh = (TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT) for _ in range(2))
     for k in (0, 1, 15, 16, 40, 39, 7):
-        fresh._reference = None
+        fresh._of = None
         for mine, other in zip(told.look(asked, k * DT), fresh.look(asked, k * DT), strict=True):
             np.testing.assert_allclose(mine, other, atol=1e-9)
 
@@ -177,7 +203,7 @@ def test_laws_have_it_where_the_settings_want_it_and_somebody_knows_the_arm(bend
     for name, inputs in given.items():
         planner = build_mpc(bending.model, inputs)
         if inputs.ahead is not None:
-            inputs.ahead.expect(asked)
+            look_along(inputs.ahead, asked)
         first[name] = planner.step(state, asked, sent).torques[0]
     assert replace(given["with"], config=replace(law, law="pd")).ahead is None  # which has no use for it
     np.testing.assert_array_equal(first["unknown"], first["without"])

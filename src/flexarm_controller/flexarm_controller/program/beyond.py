@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.motion.arm_loads import ArmLoads
+from flexarm_controller.motion.pose_load import PoseLoad
 from flexarm_controller.motion.way import Way
 from flexarm_controller.program.delay import split_delay, torques_kept
 from flexarm_controller.program.equilibrium import build_equilibrium
@@ -51,28 +52,52 @@ class Beyond(NamedTuple):
 
 
 class ArmAhead:
-    """The loads of an arm along what it follows: made when somebody waits, never in a step."""
+    """The loads of an arm along what it follows, made one pose after the other while there is time.
+
+    They are used from so many steps on as there are poses, whether they were made between the steps or not,
+    so a replay has them when the rig had them. Until then those of the way before stay, of which the nearest
+    pose counts.
+    """
 
     def __init__(self, loads: ArmLoads) -> None:
         """Take the loads of the arm wherever its axes are."""
         self._loads = loads
         self._reference: Reference | None = None
         self._way: Way | None = None
+        self._left: list[Array] = []
+        self._made: list[PoseLoad] = []
+        self._steps = 0  # until they are used
 
     def expect(self, reference: Reference | None) -> None:
-        """Make the loads along what is to be followed; it may take several periods."""
-        self._reference = reference
-        self._way = None if reference is None else self._loads.along(reference)
+        """Look along what is to be followed from now on."""
+        self._reference, self._left, self._made, self._steps = reference, [], [], 0
+        if reference is not None and self._loads.changes:
+            poses, _ = self._loads.poses_along(reference, FINE)
+            self._left, self._steps = [*poses], len(poses)
 
-    def way(self, reference: Reference) -> Way | None:
-        """Return the loads along a reference; None where they are those of any linear model, or not made.
+    def work_ahead(self) -> None:
+        """Make the loads of one pose."""
+        if self._left and (load := self._loads.of_motors(self._left.pop(0))) is not None:
+            self._made.append(load)
 
-        Those of another reference stay good where this one goes beside its way.
+    def step(self, reference: Reference) -> Way | None:
+        """Return the loads along a reference, to be asked once a step; None: as if none changed.
+
+        One that nobody expected has those of the way before where it goes beside that.
         """
-        if reference is not self._reference:
+        if reference is not self._reference and not self._steps:
             is_beside = self._way is not None and self._way.is_near(reference.theta, BESIDE)
             self._reference, self._way = reference, self._way if is_beside else None
+        if self._steps:
+            self._steps -= 1
+            if not self._steps:
+                self._finish()
         return self._way
+
+    def _finish(self) -> None:
+        while self._left:
+            self.work_ahead()
+        self._way, self._made = Way(self._made, self._loads.size) if self._made else None, []
 
 
 @dataclass(frozen=True)
@@ -113,26 +138,31 @@ class TorqueBeyond:
         first = (whole + share - kept + 0.5) * dt
         self._grid, self._effort = _Grid(kept, config.horizon, begins, first, dt), effort
         self._U, self._ahead = build_equilibrium(model).U[:, effort.size :], ahead
-        self._reference: Reference | None = None
+        self._of: tuple[Reference, Way] | None = None
         self._start = 0.0
         self._windows: list[Beyond] = []
 
     def look(self, reference: Reference, t: float) -> Beyond | None:
         """Return the torque for a state at ``t`` [s]; None where the model knows all of it. Read-only."""
-        dt = self._grid.dt
+        way, dt = self._ahead.step(reference), self._grid.dt
+        if way is None:
+            self._of = None
+            return None
         periods = (t - self._start) / dt
         window = round(periods) if 0.0 <= periods + 0.5 < WINDOWS else -1  # also where t is no number
-        is_known = reference is self._reference and window >= 0
+        is_known = self._of is not None and reference is self._of[0] and way is self._of[1] and window >= 0
         if not is_known or abs(t - self._start - window * dt) > SAME_INSTANT:
-            self._reference, self._start, window = reference, t, 0
-            self._windows = self._work_out(reference, t)
-        return self._windows[window] if self._windows else None
+            self._of, self._start, window = (reference, way), t, 0
+            self._windows = self._work_out(way, reference, t)
+        return self._windows[window]
 
-    def _work_out(self, reference: Reference, t: float) -> list[Beyond]:
+    def work_ahead(self) -> None:
+        """Do what has time until the next step."""
+        self._ahead.work_ahead()
+
+    def _work_out(self, way: Way, reference: Reference, t: float) -> list[Beyond]:
         """Return it for this period and the next ones."""
-        way, grid = self._ahead.way(reference), self._grid
-        if way is None:
-            return []
+        grid = self._grid
         count = grid.kept + grid.horizon
         instants = t + grid.first + np.arange(count + WINDOWS - 1.0) * grid.dt
         w = self._torque(way, reference.stacked(instants))
