@@ -76,7 +76,7 @@ def find_loops(
         return Loops(none, none, start)
     movable = np.union1d(loose, sprung)
     _refuse_welded(rows, start, movable, name)
-    home = _close_home(rows, start, (loose, movable), name)
+    home = close_from(rows, start, (loose, movable), name)
     G = rows.near(home)[1]
     generic = _rank(rows.near(_somewhere_near(home))[1])
     rank = _rank(G[:, movable])
@@ -106,10 +106,14 @@ def _somewhere_near(q: Array) -> Array:
     return np.asarray(q + np.random.default_rng(0).normal(0.0, 0.1, q.size))
 
 
-def _close_home(
+def close_from(
     rows: ClosureRows, start: Array, movable: tuple[NDArray[np.intp], NDArray[np.intp]], name: str
 ) -> Array:
-    """Return q closed the right way round: with the first axes if they suffice, else with the second ones."""
+    """Return q closed the right way round: with the first axes if they suffice, else with the second ones.
+
+    Raises:
+        ClosureError: The loops do not close from here.
+    """
     what = f"{name}: at the home pose"
     try:
         return _close_upright(rows, start, movable[0], what)

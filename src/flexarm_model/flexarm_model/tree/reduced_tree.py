@@ -31,13 +31,14 @@ from flexarm_model.tree.closing import Closing, make_closing
 from flexarm_model.tree.closure import find_loops, null_space
 from flexarm_model.tree.closure_rows import ClosureRows
 from flexarm_model.tree.composite_inertia import WORTHWHILE, composite_mass
-from flexarm_model.tree.coordinates import assumed_home, lay_out
+from flexarm_model.tree.coordinates import lay_out
 from flexarm_model.tree.equations import Symbols, equations
 from flexarm_model.tree.frame_graph import FrameGraph
 from flexarm_model.tree.frames import Motion, sparse
 from flexarm_model.tree.inertia import inertia_sweep, mass_matrix, weight_function
 from flexarm_model.tree.sensors import Point, sensor_outputs
 from flexarm_model.tree.springs import OtherSprings, springs_and_dampers
+from flexarm_model.tree.start_closing import closing_start
 
 Array = NDArray[np.float64]
 
@@ -86,9 +87,8 @@ class ReducedTree:
         )
         self._M = self._mass()
         self._rows = ClosureRows(self._graph.closures, self._motions, self._q)
-        self.loops = find_loops(
-            self._rows, assumed_home(config, at), at.loose_axes, at.sprung_axes, config.name
-        )
+        start = closing_start(config, at, self._rows)
+        self.loops = find_loops(self._rows, start, at.loose_axes, at.sprung_axes, config.name)
         self._last_closed = self.loops.home, self.loops.home
         self.K, self.D = self._springs_and_dampers()
 
