@@ -38,9 +38,8 @@ def inertia(theta: float, start: tuple[float, float]) -> float:
 
     def place(at: float) -> np.ndarray:
         a, b = angles(at, x)
-        return np.array(
-            [*(crank * np.array([np.cos(at), np.sin(at)]) + 0.15 * np.array([np.cos(a), np.sin(a)])), a, b]
-        )
+        c, s = np.cos([at, a]), np.sin([at, a])
+        return np.array([crank * c[0] + 0.15 * c[1], crank * s[0] + 0.15 * s[1], a, b])
 
     h = 1e-5
     vx, vy, a, b = (place(theta + h) - place(theta - h)) / (2 * h)

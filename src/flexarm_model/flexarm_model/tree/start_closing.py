@@ -1,7 +1,7 @@
 """Where closing the loops begins: at home from the guesses, elsewhere on the way from home.
 
-Most loops close in two ways at a pose, an elbow to either side. In which of them an arm is, its guesses say of
-home alone; another pose is reached from there without opening a loop.
+Most loops close in two ways at a pose, an elbow to either side. In which of them an arm is, its guesses say
+of home alone; another pose is reached from there without opening a loop.
 """
 
 from __future__ import annotations
