@@ -7,7 +7,6 @@ let them rest.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -15,11 +14,12 @@ from numpy.typing import NDArray
 
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.loop_joints import passive_axes_outside_loops
-from flexarm_model.tree.closure import Loops, find_loops, null_space
+from flexarm_model.tree.closure import Loops, null_space
 from flexarm_model.tree.closure_rows import ClosureRows
-from flexarm_model.tree.coordinates import Coordinates, assumed_home
+from flexarm_model.tree.coordinates import Coordinates
 from flexarm_model.tree.modal_damping import Losses, modal_damping
 from flexarm_model.tree.rest import come_to_rest
+from flexarm_model.tree.start_closing import described_home
 
 Array = NDArray[np.float64]
 
@@ -49,10 +49,7 @@ def home_damping(
     K, losses = stiffness
     if not losses.any():
         return np.zeros_like(K)
-    home = loops.home
-    if config.damped_at is not None:
-        described = assumed_home(replace(config, home=config.damping_pose), at)
-        home = find_loops(rows, described, at.loose_axes, at.sprung_axes, config.name).home
+    home = loops.home if config.damped_at is None else described_home(config, at, rows)
     mass = inertia[0]
     if passive := [at.names.index(name) for name in passive_axes_outside_loops(config)]:
         home = _let_rest(home, np.array(passive), mass, inertia[1](), K)

@@ -36,8 +36,7 @@ def closing_start(config: ManipulatorConfig, at: Coordinates, rows: ClosureRows)
     if config.damped_at is None or not rows.names:
         return start
     movable = at.loose_axes, np.union1d(at.loose_axes, at.sprung_axes)
-    described = assumed_home(replace(config, home=config.damping_pose), at)
-    q = find_loops(rows, described, at.loose_axes, at.sprung_axes, config.name).home
+    q = described_home(config, at, rows)
     way = config.home - config.damping_pose
     count = int(np.ceil(abs(way).max() / STEP))
     try:
@@ -48,3 +47,13 @@ def closing_start(config: ManipulatorConfig, at: Coordinates, rows: ClosureRows)
     except ClosureError:  # not on the straight way: the guesses may lead there
         return start
     return q
+
+
+def described_home(config: ManipulatorConfig, at: Coordinates, rows: ClosureRows) -> Array:
+    """Return the coordinates with loops closed at the home of the description, (n_q,).
+
+    Raises:
+        ClosureError: They do not close there.
+    """
+    start = assumed_home(replace(config, home=config.damping_pose), at)
+    return find_loops(rows, start, at.loose_axes, at.sprung_axes, config.name).home
