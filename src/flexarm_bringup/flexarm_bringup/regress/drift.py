@@ -113,7 +113,7 @@ def _size(value: Any) -> int | float:
 
 def _exact(value: Any) -> NDArray[np.object_]:
     """Return integers, (k,), as those of Python: no difference is too large for them."""
-    return np.atleast_1d(value).astype(object)
+    return np.asarray(np.atleast_1d(value), dtype=object)
 
 
 def _is_whole(value: Any) -> bool:

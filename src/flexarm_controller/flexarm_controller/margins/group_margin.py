@@ -62,7 +62,7 @@ def may_turn(matrices: Complex) -> NDArray[np.bool_]:
     Args:
         matrices: At every angle, (k, n, n).
     """
-    sizes = abs(matrices)
+    sizes: Array = np.abs(matrices)
     _, scale = balance(sizes.max(axis=0))
     sizes *= scale / scale[:, None]
     norms = [np.linalg.norm(sizes, axis=(1, 2)), *(sizes.sum(axis=axis).max(axis=1) for axis in (1, 2))]

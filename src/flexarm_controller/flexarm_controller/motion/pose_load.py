@@ -89,7 +89,7 @@ def _settled(tree: ReducedTree, pose: Array) -> tuple[Array, Array, Array]:
     factors = lu_factor(np.array(tree.functions["stiffness"](q))[np.ix_(e, e)], check_finite=False)
     for _ in range(ITERATIONS):
         f = np.array(tree.functions["bias"](q, still)).ravel()
-        if abs(f[e]).max(initial=0.0) <= BALANCED * max(1.0, abs(f).max()):
+        if abs(f[e]).max(initial=0.0) <= BALANCED * max(1.0, float(abs(f).max())):
             break
         q[e] -= lu_solve(factors, f[e], check_finite=False)
     else:

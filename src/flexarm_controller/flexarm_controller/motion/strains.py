@@ -67,7 +67,7 @@ class Strains:
         fine, parts = self.steady.cubics(trajectory)
         after = (end, *[np.zeros_like(end)] * 3)
         cubic = [np.vstack([part[:, -n:], rest]) for part, rest in zip(parts, after, strict=True)]
-        h = np.append(np.diff(fine.t), 2.0 * np.pi / abs(self.poles).min())
+        h: Array = np.append(np.diff(fine.t), 2.0 * np.pi / abs(self.poles).min())
         v, lag = self._ringing(fine, h)
         index, share = self._looked_at(cubic, h, abs(v) @ abs(self.per_ring).T + abs(lag))
         c0, c1, c2, c3 = (part[index] for part in cubic)
