@@ -91,6 +91,7 @@ def test_who_thinks_does_not_keep_who_holds_the_arm_from_the_core(arm: HeldArm, 
     assert policies == (os.SCHED_RR, os.SCHED_OTHER)
 
 
+@pytest.mark.filterwarnings("error")  # a mean of nothing was told on the terminal, too
 def test_silent_sensors_are_told_and_nothing_is_excited(arm: HeldArm, plan: Plan) -> None:
     live = LiveTest(arm, plan, (), lambda text: None, is_lockstep=True)
     k = 0

@@ -47,6 +47,17 @@ def test_columns_of_text_are_aligned() -> None:
     ]
 
 
+def test_a_text_of_a_bag_steers_no_terminal_and_keeps_its_row() -> None:
+    """A sensor's name from a bag cleared the screen, and one with a line feed broke the table."""
+    table = Table("Sensors", [Column("name"), Column("says")], [["\x1b[2Jcamera", "a\nb"]], ["\x07bell"])
+    text = Page(
+        "Title", "Lead.", [table], [Check("\x9bname", "1", "\x1bc", True)], {"Of": ["\x00"]}
+    ).to_text()
+    assert all(line.isprintable() for line in text.split("\n"))
+    assert "  ?[2Jcamera  a b" in text.splitlines()
+    assert "  · ?bell" in text.splitlines()
+
+
 def test_json_keeps_full_numbers_and_is_strict() -> None:
     content = json.loads(json.dumps(page().to_json(), allow_nan=False))
     assert content["tables"][0]["rows"] == [["<strip>", 1.0, "inf"], ["hub", None, 0.25]]

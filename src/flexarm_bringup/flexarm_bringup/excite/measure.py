@@ -132,14 +132,19 @@ def check_sensors(arm: HeldArm, plan: Plan) -> Generator[Array, Driven, tuple[Fi
     for each in added:
         start = (yield np.zeros((10, m))).y
         answers.append((yield each).y)
-        with np.errstate(invalid="ignore"):
-            before.append(np.nan_to_num(np.nanmean(np.vstack([start, answers[-1][:1]]), axis=0)))
+        before.append(_mean_of_what_is_told(np.vstack([start, answers[-1][:1]])))
         yield rest
     at_rest = np.array(before)
     measured = np.array(answers) - at_rest[:, None]
     shaken = arm.shaken(SHAKEN)[SHAKEN // 2 :]
     checked = [_checked(c, noise_floor(shaken[:, c.row]), float(arm.model.outputs.y0[c.row])) for c in every]
     return check_channels(checked, Pushes(quiet, at_rest, measured, np.array(predicted)))
+
+
+def _mean_of_what_is_told(y: Array) -> Array:
+    """Return the mean of every channel over the rows (k, n_y) in which it says something, or zero, (n_y,)."""
+    told = np.isfinite(y)
+    return np.asarray(np.where(told, y, 0.0).sum(axis=0) / np.maximum(told.sum(axis=0), 1))
 
 
 def push_of(arm: HeldArm) -> Array:

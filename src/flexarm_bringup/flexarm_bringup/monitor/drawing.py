@@ -19,6 +19,7 @@ from flexarm_bringup.monitor.picture import (
     SensorRow,
     TopicRow,
 )
+from flexarm_bringup.printable import printable
 from flexarm_model.settings.diagnosis import Level
 
 PLAIN, GOOD, POOR, BAD, FAINT, BOLD = "", "32", "33", "31;1", "2", "1"  # ANSI select graphic rendition
@@ -26,7 +27,6 @@ BAR = 24  # characters
 NAME = 20  # characters of the column of names, at least
 MM, MS = 1e3, 1e3
 MOST_TROUBLES = 6
-UNPRINTABLE = "?"  # drawn for what steers a terminal, or is no character
 _COLOUR = {"ok": GOOD, "armed": GOOD, "mpc": GOOD, "lqr": GOOD, "pd": GOOD, "nmpc": GOOD, "inactive": POOR}
 _COLOUR |= {"degraded": POOR, "starting": POOR, "stopped": POOR, "off": POOR, "stale": POOR}
 _COLOUR |= {"lost": BAD, "faulty": BAD, "rejected": BAD, "braking": BAD, "damping": BAD, "hold": BAD}
@@ -71,13 +71,6 @@ def number(value: float, form: str) -> str:
     """Return a number in a format, of the same width where it is not known."""
     text = format(value, form) if math.isfinite(value) else "–"
     return text.rjust(len(format(0.0, form)))
-
-
-def printable(text: str) -> str:
-    """Return a text of a message as it may be drawn: as many characters, none of which steers a terminal."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else " " if c.isspace() else UNPRINTABLE for c in text)
 
 
 def _head(picture: Picture) -> list[Line]:

@@ -20,6 +20,7 @@ from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.check import MISSED, NOT_JUDGED, OK, Check
 from flexarm_bringup.page.column_names import column_names
 from flexarm_bringup.page.figures import Figure
+from flexarm_bringup.printable import printable
 from flexarm_bringup.whole_file import written_whole
 
 Cell = str | float | int | bool | None
@@ -29,10 +30,7 @@ MISSING = "–"
 
 @dataclass(frozen=True)
 class Column:
-    """Heading and format of a column; numbers are printed with ``format``, text as it is.
-
-    Where ``is_exact`` holds, whole numbers are printed with all their digits.
-    """
+    """Heading and format: numbers by ``format``, whole ones in full if ``is_exact``, text in one line."""
 
     title: str
     format: str = ""
@@ -45,7 +43,7 @@ class Column:
         if isinstance(cell, bool):
             return "yes" if cell else "no"
         if isinstance(cell, str):
-            return cell
+            return printable(cell)
         if self.is_exact and isinstance(cell, int):
             return str(cell)
         return format(cell, self.format) if math.isfinite(cell) else {math.inf: "never"}.get(cell, str(cell))
@@ -167,7 +165,7 @@ class Page:
         blocks += _groups(self.remarks)
         if self.checks:
             blocks.append(self.check_table().to_text())
-        return "\n\n".join(blocks)
+        return "\n".join(map(printable, "\n\n".join(blocks).split("\n")))  # some are of anybody's bag
 
     def to_json(self) -> dict[str, Any]:
         """Return the page as what ``json`` can write."""
