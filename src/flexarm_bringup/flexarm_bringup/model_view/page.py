@@ -24,6 +24,7 @@ from flexarm_model.modal.observability import TIP_AMPLITUDE, ModeReach, Reach, S
 from flexarm_model.served.axial_loads import describe_axial_loads
 from flexarm_model.served.bent_bodies import describe_bent
 from flexarm_model.served.control_rate import describe_rate
+from flexarm_model.served.gauge_modes import describe_gauge_modes
 from flexarm_model.served.mode_following import alikeness
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
 from flexarm_model.served.tip_moves import are_felt
@@ -108,7 +109,8 @@ def build_page(analysis: Analysis, figures: Sequence[Figure] = ()) -> Page:
     items.append(reach_table(analysis))
     remarks: dict[str, Sequence[str]] = {"Source": (config.source,)} if config.source else {}
     suspicions = *describe_odd_materials(config.bodies), *describe_stocky(config.bodies)
-    suspicions = *suspicions, *describe_few_modes(config), *describe_bent(analysis.tree, model.q0)
+    suspicions = *suspicions, *describe_few_modes(config), *describe_gauge_modes(config, model)
+    suspicions = *suspicions, *describe_bent(analysis.tree, model.q0)
     if suspicions := (*suspicions, *describe_axial_loads(analysis.tree, model)):
         remarks["suspicions"] = suspicions
     return Page(
