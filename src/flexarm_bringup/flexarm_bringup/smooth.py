@@ -70,10 +70,10 @@ def run(args: argparse.Namespace) -> int:
         progress.say("reading the bag")
         recording = open_recording(args.bag, arm_named(args))
         progress.say("filtering")
-        now = track_of(NONE, run_estimator(recording))
+        now = track_of(NONE, run_estimator(recording, tell=progress.counted("filtering", "s")))
         refuse_unsettled([now], args.bag)
         progress.say("smoothing")
-        late = run_smoother(recording, args.lag, args.loss)
+        late = run_smoother(recording, args.lag, args.loss, progress.counted("smoothing", "s"))
     except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag
         progress.done()
         print(f"flexarm smooth: {error}", file=sys.stderr)

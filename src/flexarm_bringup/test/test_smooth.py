@@ -5,13 +5,16 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from flexarm_bringup import cli, smooth
+from flexarm_bringup.bags.bag_reader import Record
 from flexarm_bringup.consistency.ablation import NONE, Track
-from flexarm_bringup.consistency.recording import Recording, open_recording
+from flexarm_bringup.consistency.recording import Recording, open_recording, telling
 from flexarm_bringup.consistency.smoothing import Late, run_smoother, tip_error
 from flexarm_bringup.smooth import build_page, draw, judged_with, write_csv
 
@@ -53,7 +56,7 @@ def test_states_on_the_standard_output_have_it_for_themselves(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(smooth, "run_smoother", lambda *_: late(2e-3))
-    monkeypatch.setattr(smooth, "run_estimator", lambda recording: [])
+    monkeypatch.setattr(smooth, "run_estimator", lambda recording, tell: [])
     monkeypatch.setattr(smooth, "track_of", lambda *_: track(4e-3))
     assert cli.main(["smooth", str(bag_of_golden), "--csv", "-"]) == 0
     said = capsys.readouterr()
@@ -77,11 +80,22 @@ def test_a_truth_at_none_of_the_stamps_is_drawn_as_none(
     bag_of_golden: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, stub in (("run_smoother", late(2e-3)), ("run_estimator", []), ("track_of", track(4e-3))):
-        monkeypatch.setattr(smooth, name, lambda *_, told=stub: told)
+        monkeypatch.setattr(smooth, name, lambda *_, told=stub, **__: told)
     monkeypatch.setattr(Recording, "true_tip", lambda recording: {5: np.ones(3)})
     page = tmp_path / "page.html"
     assert cli.main(["smooth", str(bag_of_golden), "--html", str(page)]) == 0
     assert "the bag has no truth at the stamps of the estimates" in page.read_text()
+
+
+def test_every_second_of_a_bag_that_is_over_is_told_with_how_many_there_are() -> None:
+    """Eleven seconds with --loss huber are minutes, and the line said "smoothing" all the time."""
+    records = [Record("/tick", "", round(9e9 + 0.4e9 * k), b"") for k in range(9)]  # 3.2 s
+    told: list[tuple[int, int]] = []
+    bag: Any = SimpleNamespace(records=records)
+    played: Any = [(record, k) for k, record in enumerate(records)]
+    assert list(telling(played, bag, lambda *now: told.append(now))) == list(range(9))
+    assert told == [(1, 3), (2, 3), (3, 3)]
+    assert list(telling(played, bag, None)) == list(range(9))
 
 
 def test_a_loss_of_squares_is_the_smoother_and_another_is_not(bag_of_golden: Path) -> None:

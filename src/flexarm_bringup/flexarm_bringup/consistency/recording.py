@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bags.bag_reader import Bag, decode
+from flexarm_bringup.bags.bag_reader import Bag, Record, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.named_arm import NamedArm, open_bag
 from flexarm_bringup.consistency.instants import check_instants
@@ -29,6 +29,7 @@ from flexarm_model.settings.overrides import apply_overrides
 Array = NDArray[np.float64]
 TRUTH = f"{NAMESPACE}/truth"
 LAST = "end_effector"  # what the estimator says last at every step
+Tell = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,7 @@ def run_estimator(
     off: Sequence[str] = (),
     settings: EstimatorConfig | None = None,
     sigmas: Mapping[str, Array] | None = None,
+    tell: Tell | None = None,
 ) -> list[Told]:
     """Feed a bag to a new estimator and return all that it says.
 
@@ -101,6 +103,7 @@ def run_estimator(
         off: Sensors to do without.
         settings: Of the estimator; None takes those of the bag.
         sigmas: Standard deviations of sensors that are other than in the description, by name.
+        tell: Is told how many seconds of how many are over.
 
     Raises:
         BagError: No model of the bag is taken.
@@ -109,13 +112,24 @@ def run_estimator(
     exchange = EstimatorExchange(config, settings or recording.settings, recording.epoch_ns, recording.config)
     player = Player(_Without(exchange, off), NoController(), recording.lockstep)
     told = []
-    for _, outgoing in player.play(recording.bag.records):
+    for outgoing in telling(player.play(recording.bag.records), recording.bag, tell):
         if outgoing.topic == LAST and exchange.estimate is not None and exchange.estimator is not None:
             stamp_ns = stamp_to_ns(outgoing.msg.header.stamp)
             told.append(Told(stamp_ns, exchange.estimate, exchange.estimator.model))
     if not told:
         raise BagError(f"{recording.bag.path}: gives no estimate: {exchange.model_fault or NO_ESTIMATE}")
     return told
+
+
+def telling(played: Iterable[tuple[Record, Outgoing]], bag: Bag, tell: Tell | None) -> Iterator[Outgoing]:
+    """Return what is sent while a bag is played, and tell every second of it that is over, of how many."""
+    begin, end, over = bag.records[0].log_time_ns, bag.records[-1].log_time_ns, 0
+    for record, outgoing in played:
+        now = (record.log_time_ns - begin) // 10**9
+        if tell is not None and now > over:
+            over = now
+            tell(over, (end - begin) // 10**9)
+        yield outgoing
 
 
 def with_sigmas(config: ManipulatorConfig, sigmas: Mapping[str, Array]) -> ManipulatorConfig:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.bags.bag_writer import BagError
-from flexarm_bringup.consistency.recording import NoController, Recording
+from flexarm_bringup.consistency.recording import NoController, Recording, Tell, telling
 from flexarm_bringup.replaying.player import Outgoing, Player
 from flexarm_bringup.replaying.replay_bag import NO_ESTIMATE
 from flexarm_estimator.exchange import EstimatorExchange
@@ -38,13 +38,14 @@ class Late(NamedTuple):
     eta_dot: Array
 
 
-def run_smoother(recording: Recording, lag: float, loss: str | None = None) -> Late:
+def run_smoother(recording: Recording, lag: float, loss: str | None = None, tell: Tell | None = None) -> Late:
     """Feed a bag to an estimator that keeps so long a past, and look back.
 
     Args:
         recording: The bag.
         lag: What came so much later counts [s].
         loss: What a sample costs that is off, found over the lag (``EstimatorConfig.loss``); None: as it was.
+        tell: Is told how many seconds of how many are over.
 
     Raises:
         BagError: No model of the bag is taken.
@@ -54,7 +55,8 @@ def run_smoother(recording: Recording, lag: float, loss: str | None = None) -> L
     settings = settings if loss is None else replace(settings, loss=loss, horizon=lag)
     exchange = EstimatorExchange(recording.config, settings, recording.epoch_ns)
     looking = _LookingBack(exchange, lag)
-    for _ in Player(looking, NoController(), recording.lockstep).play(recording.bag.records):
+    played = Player(looking, NoController(), recording.lockstep).play(recording.bag.records)
+    for _ in telling(played, recording.bag, tell):
         pass
     if looking.smoother is None:
         raise BagError(f"{recording.bag.path}: gives no estimate: {exchange.model_fault or NO_ESTIMATE}")
