@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from flexarm_estimator.drift.conversions import drift_from_msg, drift_to_msg
-from flexarm_estimator.drift.judgement import Alarms, ModeNow
+from flexarm_estimator.drift.judgement import Alarms, Healthy, ModeNow
 from flexarm_estimator.drift.proposal import denial, suspicion
 from flexarm_estimator.drift.settings import DriftConfig
+from flexarm_estimator.drift.undrifted import undrifted
 
 
 def mode(change: float, sigma: float, is_known: bool = True) -> ModeNow:
@@ -29,11 +30,40 @@ def test_a_frequency_no_surer_than_the_drift_that_is_told_is_not_called_known(
     assert mode(-0.02, sigma, is_known).is_certain is is_certain
 
 
-def test_diagnostics_do_not_call_a_mode_as_described_that_may_be_off_by_a_drift() -> None:
-    for sigma, text in ((0.004, "as described"), (0.035, "has not moved enough to tell")):
-        watch: Any = SimpleNamespace(modes=(mode(-0.02, sigma),), alarms={}, proposal="", said_of_sensors="")
-        (told,) = drift_from_msg(drift_to_msg(watch, "", 10**9))
-        assert (told.text, told.has_drifted) == (text, False)
+@pytest.mark.parametrize(
+    ("drift", "sigma", "text"),
+    [
+        (-0.02, 0.004, "as described"),
+        (0.0, 0.014, "as described"),
+        (-0.0531, 0.0142, "reads -5.3 +- 1.4 %, not sure enough to tell"),  # no five sigma: no alarm
+        (-0.02, 0.008, "reads -2.0 +- 0.8 %, not sure enough to tell"),
+        (-0.02, 0.035, "reads -2.0 +- 3.5 %, not sure enough to tell"),
+    ],
+)
+def test_a_mode_is_as_described_only_where_it_cannot_be_off_by_a_drift(
+    drift: float, sigma: float, text: str
+) -> None:
+    """One of -5.3 +- 1.4 % raised no alarm, and was called as described to the end."""
+    assert undrifted(mode(drift, sigma), DriftConfig()) == text
+
+
+def test_a_mode_that_is_out_of_reach_or_not_judged_is_not_called_as_described() -> None:
+    config, learning = DriftConfig(), DriftConfig(learning=8.0)
+    assert undrifted(mode(0.0, 0.004, is_known=False), config) == "has not moved enough to tell"
+    assert "out of reach" in undrifted(replace(mode(0.0, 0.004), is_settled=False), config)
+    assert "not judged" in undrifted(mode(-0.31, 0.004), learning)
+    learned = replace(mode(-0.31, 0.002), healthy=Healthy(-0.3, 0.002, 0.01, 0.001))
+    assert undrifted(learned, learning) == "as at the start"
+
+
+def test_diagnostics_say_of_every_mode_what_the_watch_says_of_it() -> None:
+    def said_of(told: ModeNow) -> str:
+        """Return a text that only this mode has."""
+        return f"of {told.name}"
+
+    watch: Any = SimpleNamespace(modes=(mode(0.0, 0.1),), alarms={}, said_of=said_of, said_of_sensors="")
+    (told,) = drift_from_msg(drift_to_msg(watch, "", 10**9))
+    assert (told.text, told.has_drifted) == ("of mode_1", False)
 
 
 def test_a_change_of_many_sigmas_is_an_alarm_however_large_they_are() -> None:

@@ -47,13 +47,8 @@ def drift_to_msg(watch: DriftWatch | None, fault: str, stamp_ns: int) -> Diagnos
     msg.header.stamp = ns_to_stamp(stamp_ns)
     if said := _said_of_watch(watch, fault):
         msg.status.append(_status("watch", DiagnosticStatus.WARN, said, {}))
-    for mode in () if watch is None else watch.modes:
-        said = watch.alarms.get(mode.name, "") if watch else ""
-        level = DiagnosticStatus.WARN if said else DiagnosticStatus.OK
-        values = dict(zip(_KEYS, (f"{value:.6g}" for value in _numbers(mode)), strict=True))
-        if said and watch is not None:
-            values[_PROPOSAL] = watch.proposal
-        msg.status.append(_status(mode.name, level, said or _quiet(mode), values))
+    if watch is not None:
+        msg.status += [_of_mode(watch, mode) for mode in watch.modes]
     return msg
 
 
@@ -80,9 +75,14 @@ def _numbers(mode: ModeNow) -> tuple[float, ...]:
     return mode.described_hz, mode.f_hz, mode.f_sigma_hz, mode.described_zeta, mode.zeta, mode.zeta_sigma
 
 
-def _quiet(mode: ModeNow) -> str:
-    healthy = "as described" if mode.healthy is None else "as at the start"
-    return healthy if mode.is_certain else "has not moved enough to tell"
+def _of_mode(watch: DriftWatch, mode: ModeNow) -> DiagnosticStatus:
+    """Return a mode; the proposal is among the values of one that has drifted."""
+    has_drifted = mode.name in watch.alarms
+    level = DiagnosticStatus.WARN if has_drifted else DiagnosticStatus.OK
+    values = dict(zip(_KEYS, (f"{value:.6g}" for value in _numbers(mode)), strict=True))
+    if has_drifted:
+        values[_PROPOSAL] = watch.proposal
+    return _status(mode.name, level, watch.said_of(mode), values)
 
 
 def _status(name: str, level: bytes, text: str, values: dict[str, str]) -> DiagnosticStatus:

@@ -22,6 +22,7 @@ from flexarm_estimator.drift.running_point import RunningPoint, running_model
 from flexarm_estimator.drift.sensitivity import watched_filter
 from flexarm_estimator.drift.sensors_in_use import SensorsInUse
 from flexarm_estimator.drift.settings import DriftConfig
+from flexarm_estimator.drift.undrifted import undrifted
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.parts import PartsMaker
 from flexarm_estimator.settings import EstimatorConfig
@@ -106,6 +107,10 @@ class DriftWatch:
             return suspicion(self._in_use.doubted, self._alarms.undamped)
         is_early = 0.0 <= self._looked - self._alarms.newest < self._config.memory
         return proposal(self._healthy.judged(self.modes), self._alarms.is_damping_alone, is_early)
+
+    def said_of(self, mode: ModeNow) -> str:
+        """Return what is said of a mode: its alarm, or whether it runs as it should."""
+        return self._alarms.told.get(mode.name) or undrifted(mode, self._config)
 
     def adopt(self, model: ReducedModel) -> None:
         """Go on with another model of the same arm; what is known of its modes stays.
