@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,8 +13,7 @@ import pytest
 from identify_files import F_HZ, STIFFNESS, TIP_MASS, record, softer_strip
 
 from flexarm_bringup import cli
-from flexarm_bringup.identify import command, modal_tests, other_poses, run, updated_page
-from flexarm_bringup.identify.averaging import Averaging
+from flexarm_bringup.identify import command, modal_tests, updated_page
 from flexarm_bringup.identify.command import add_arguments
 from flexarm_bringup.identify.described_modes import described_modes
 from flexarm_model.identification.described_arm import DescribedArm
@@ -135,21 +132,6 @@ def test_a_pose_of_another_length_or_of_no_arm_is_refused(
     assert "pose has 2 values; expected 3: " in capsys.readouterr().err
     assert cli.main(["identify", path, "--pose", "1", "2", "3"]) == 2
     assert "--pose needs --manipulator NAME" in capsys.readouterr().err
-
-
-def test_every_other_pose_has_its_own_model_beside(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = list[run.Request]()
-
-    def identify(source: object, request: run.Request) -> SimpleNamespace:
-        asked.append(request)
-        return SimpleNamespace(own_fit="of it")
-
-    monkeypatch.setattr(other_poses, "identify", identify)
-    monkeypatch.setattr(other_poses, "read_sources", lambda *_, **__: None)
-    request = run.Request(None, 0.6, "single_link", "geared", pose=(0.1,))
-    pose, fit = other_poses.read_pose("-0.5=run.csv", "receptance", Averaging(), request)
-    assert pose.tolist() == [-0.5] and fit == "of it"
-    assert asked == [replace(request, pose=(-0.5,))]
 
 
 def test_another_pose_without_a_file_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -44,7 +44,7 @@ from flexarm_bringup.identify.joints import joints_page
 from flexarm_bringup.identify.measurement import Records, SourceError, known_outputs
 from flexarm_bringup.identify.modal_tests import modal_tests
 from flexarm_bringup.identify.options import add_arguments
-from flexarm_bringup.identify.other_poses import file_of, read_pose, refuse_unusable
+from flexarm_bringup.identify.other_poses import file_of, identify_there, other_poses, refuse_unusable
 from flexarm_bringup.identify.output_only import output_only_page
 from flexarm_bringup.identify.page import build_page
 from flexarm_bringup.identify.retuning import moves_beside
@@ -90,7 +90,9 @@ def run(args: argparse.Namespace) -> int:
         items += run_tables(compare_runs(source, request, averaging, progress.say))
         result = identify(source, request, progress.say)
         progress.done()
-        others = [read_pose(text, args.kind, averaging, request) for text in args.also]
+        others = [
+            identify_there(there, args.kind, averaging, request, ignored) for there in other_poses(args.also)
+        ]
         halves = judge_halves(source, request, averaging)
         page = with_halves(build_page(args.files, result, items), halves)
         updated = with_update(page, result, args, others, halves)

@@ -92,7 +92,8 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--also", action="append", default=[], metavar="POSE=FILE",
         help="the same at another pose, axes with commas between; --also=-0.5=FILE where it begins with a "
-        "minus; the last third of the poses tests the fit",
+        "minus; the same pose again adds a run of its test, as one of several motors has; the last third of "
+        "the poses tests the fit",
     )  # fmt: skip
     group.add_argument(
         "--update", type=named_file, nargs="?", const=Path(), metavar="YAML",

@@ -15,14 +15,21 @@ SAME_RATE = 1e-4  # relative: stamps in tables are rounded
 LEAST_BLOCK = 4  # samples
 
 
-def without_outputs(records: Sequence[Records], names: Sequence[str]) -> list[Records]:
+def without_outputs(
+    records: Sequence[Records], names: Sequence[str], among: Sequence[str] = ()
+) -> list[Records]:
     """Return runs without the outputs that names stand for: channels, or sensors with all of theirs.
+
+    Args:
+        records: Runs.
+        names: To leave out.
+        among: Names that may stand for none.
 
     Raises:
         SourceError: A name stands for none, or nothing would be left.
     """
     every = tuple(dict.fromkeys(name for run in records for name in run.outputs))
-    left_out = known_outputs(every, names)
+    left_out = known_outputs(every, names, among)
     kept = [
         replace(run, outputs={name: values for name, values in run.outputs.items() if name not in left_out})
         for run in records

@@ -69,6 +69,8 @@ def read_sources(
     averaging: Averaging,
     ignore: Sequence[str] = (),
     arm: ManipulatorConfig | None = None,
+    *,
+    must_have: bool = True,
 ) -> Source:
     """Return the responses of all files together: set-ups of one measurement.
 
@@ -78,6 +80,7 @@ def read_sources(
         averaging: For records.
         ignore: Outputs of records to leave out before anything is made of them.
         arm: The manipulator of bags that do not say theirs.
+        must_have: An output to leave out that is in no file is refused.
 
     Raises:
         SourceError: A file cannot be used, or the files do not fit together.
@@ -89,7 +92,7 @@ def read_sources(
     if len(records) not in (0, len(parts)):
         raise SourceError("some files hold responses and some records in time: identify them separately")
     if records:
-        return of_records(without_outputs(records, ignore), averaging)
+        return of_records(without_outputs(records, ignore, () if must_have else ignore), averaging)
     responses = [part for part in parts if isinstance(part, Responses)]
     return Source(merge(responses), remarks=check_scale(responses))
 
