@@ -134,7 +134,7 @@ def ringing_bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_bag_gives_its_torque_and_sensors_at_even_instants(ringing_bag: Path) -> None:
     record = read_bag(ringing_bag)
     assert set(record.outputs) == {"encoder.position", "root_strain.strain"}
-    assert set(record.inputs) == {"base.rz"} and record.is_held
+    assert set(record.inputs) == {"base.rz"} and record.is_held and record.is_of_moves
     assert record.outputs["encoder.position"].size == pytest.approx(30.0 * RATE, abs=2)
 
 
@@ -335,6 +335,14 @@ def test_runs_that_mean_other_things_by_their_numbers_are_not_averaged(what: str
         of_records([first, second], Averaging())
 
 
+def test_feedback_is_told_of_a_bag_or_beside_an_instrument_and_not_of_every_torque_that_is_held() -> None:
+    held = ringing(1, 20.0, ("a", "b"), GAINS[:, :2])
+    fed_back = replace(held, instruments={"torque": held.inputs["torque"]})
+    runs = ((held, ""), (replace(held, is_of_moves=True), ""), (fed_back, "H1"), (fed_back, "Hc"))
+    said = [" ".join(of_records([run], Averaging(estimator=by)).remarks) for run, by in runs]
+    assert ["answers to the sensors" in text for text in said] == [False, True, True, False]
+
+
 def test_several_set_ups_say_that_no_half_was_predicted_from_the_other() -> None:
     first, second = ringing(1, 60.0, ("a", "b"), GAINS[:, :2]), ringing(2, 60.0, ("a", "c"), GAINS[:, [0, 2]])
     source = of_records([first, second], Averaging(0.25))
@@ -385,14 +393,17 @@ def test_a_channel_that_is_left_out_is_told_with_why(
 
 
 def test_a_record_of_moves_in_which_no_mode_stands_out_names_the_modal_test() -> None:
-    """The drift watch had proposed to identify such a bag, and the page did not say why it held no mode."""
+    """The drift watch had proposed to identify such a bag, and the page did not say why it held no mode.
+
+    A table of a test whose drive holds its torque was told the same.
+    """
     record = ringing(1, 5.0, ("a", "b"), GAINS[:, :2])
     noise = np.random.default_rng(2).standard_normal((2, record.inputs["torque"].size))
-    moved = replace(record, outputs=dict(zip("ab", noise, strict=True)))
+    moved = replace(record, outputs=dict(zip("ab", noise, strict=True)), is_of_moves=True)
     source = of_records([moved], Averaging(resolution_hz=2.0))
     result = identify(source, Request(None, 0.6))
-    repeated = replace(result, source=replace(source, set_ups=((replace(moved, repeats=100),),)))
-    for found, is_told in ((result, True), (repeated, False)):
+    excited = replace(result, source=replace(source, set_ups=((replace(moved, is_of_moves=False),),)))
+    for found, is_told in ((result, True), (excited, False)):
         said = " ".join(_doubts(found))
         assert "no mode stands out" in said
         assert ("flexarm identify rig --nodes join" in said) is is_told

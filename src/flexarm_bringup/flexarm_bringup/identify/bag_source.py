@@ -95,7 +95,7 @@ def read_bag(
     left = _unended(bag) + _left_out(config, units, heard, told)
     return Records(
         config.rate_hz, inputs, told, COMMON, kinds, asked if moves else {}, is_held=True, remarks=left,
-        is_centred=is_centred,
+        is_centred=is_centred, is_of_moves=True,
     )  # fmt: skip
 
 

@@ -120,6 +120,7 @@ class Records:
         remarks: What the reader should know of it.
         is_centred: Outputs are told without their mean.
         file: Name of the file or bag that they come from; empty where there is none.
+        is_of_moves: Nobody excited the arm on purpose: its controller moved it, so inputs answer to outputs.
     """
 
     rate_hz: float
@@ -134,6 +135,7 @@ class Records:
     remarks: tuple[str, ...] = ()
     is_centred: bool = False
     file: str = ""
+    is_of_moves: bool = False
 
 
 def checked(path: Path, responses: Responses) -> Responses:

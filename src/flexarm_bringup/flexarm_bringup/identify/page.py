@@ -234,5 +234,5 @@ def _doubts(result: Result) -> list[str]:
 
 
 def _is_of_moves(result: Result) -> bool:
-    """Tell whether a record is of an arm that nobody excited: of its commands, which do not repeat."""
-    return any(run.is_held and not run.repeats for runs in result.source.set_ups for run in runs)
+    """Tell whether a record is of an arm that nobody excited."""
+    return any(run.is_of_moves for runs in result.source.set_ups for run in runs)

@@ -205,7 +205,8 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
         return responses
 
     few = () if count >= FEWEST_BLOCKS else (f"{count} block(s): too few to draw again, so no bootstrap",)
-    fed_back = (UNDER_FEEDBACK,) if first.is_held and estimator != BY_INSTRUMENT else ()
+    is_fed_back = any(run.is_of_moves or run.instruments for run in records)
+    fed_back = (UNDER_FEEDBACK,) if is_fed_back and estimator != BY_INSTRUMENT else ()
     lobe = main_lobe(settings.window) if settings.window != BOXCAR else 0.0
     told = (
         *few,
