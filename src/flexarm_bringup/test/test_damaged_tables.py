@@ -132,6 +132,18 @@ def test_a_csv_as_spreadsheets_write_it_is_read(tmp_path: Path) -> None:
     assert records.outputs["a"].tolist() == [2.0, 2.0, 3.5]
 
 
+@pytest.mark.parametrize("held", [0, 1])
+def test_a_csv_tells_that_inputs_are_held_by_the_same_number_in_every_line(held: int, tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    lines = "".join(f"{k / 10},1,2,{held}\n" for k in range(5))
+    path.write_text(f"t,in:u,out:a,is_held\n{lines}", encoding="utf-8")
+    records = read_table(path, "receptance")
+    assert isinstance(records, Records) and records.is_held is bool(held)
+    path.write_text(f"t,in:u,out:a,is_held\n{lines}0.5,1,2,{1 - held}\n", encoding="utf-8")
+    with pytest.raises(SourceError, match=r"'is_held' has the shape \(6,\); expected one number"):
+        read_table(path, "receptance")
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

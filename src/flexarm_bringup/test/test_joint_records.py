@@ -32,7 +32,9 @@ def record(**changes: Any) -> Records:
     f = 2 * np.pi * np.array([[0.3], [0.7]])
     q = (0.4 / f * np.sin(f * t)).sum(axis=0)
     tau = INERTIA * (-0.4 * f * np.sin(f * (t + 0.5 / RATE_HZ))).sum(axis=0)
-    return replace(Records(RATE_HZ, {"base.rz": tau}, {"encoder.position": q}, COMMON), **changes)
+    return replace(
+        Records(RATE_HZ, {"base.rz": tau}, {"encoder.position": q}, COMMON, is_held=True), **changes
+    )
 
 
 def said_of(

@@ -83,6 +83,18 @@ def test_friction_and_rotor_of_a_rigid_pendulum_come_back(pendulum: ManipulatorC
     assert result.fit[0] > 98.0 and result.condition < 1e4
 
 
+@pytest.mark.parametrize("is_held", [True, False])
+def test_torque_counts_as_held_only_where_it_is(pendulum: ManipulatorConfig, is_held: bool) -> None:
+    """Samples of one instant counted as held: half a step made 0.742 +- 0.007 of a friction of 0.7."""
+    dt = 0.01  # s
+    t = np.arange(0.0, 20.0, dt)
+    q, v, a = swing(t + dt / 2 if is_held else t)
+    tau = (AT_LEVER + 0.1) * a - 2.0 * 9.81 * 0.5 * np.cos(q) + 0.7 * v
+    motion = JointMotion(("base.ry",), swing(t)[0][:, None], tau[:, None], dt, is_held)
+    viscous = of(identify_joints(pendulum, motion, 4.0), "base.ry", "viscous")
+    assert viscous.value == pytest.approx(0.7, abs=0.01)  # taken for the other: off by 0.04
+
+
 def test_the_spring_of_a_motors_axis_is_not_taken_for_its_rotor(tmp_path: Path) -> None:
     """Without it among the unknowns the rotor was found negative."""
     path = tmp_path / "sprung.yaml"

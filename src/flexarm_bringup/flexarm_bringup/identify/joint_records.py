@@ -50,7 +50,7 @@ def motion_of(records: Records, config: ManipulatorConfig) -> JointMotion:
         )
     q = np.column_stack([records.outputs[f"{name}.position"] for name in used.values()])
     tau = [records.inputs.get(axis, np.zeros(len(q))) for axis in used]
-    return JointMotion(tuple(used), q, np.column_stack(tau), 1 / records.rate_hz)
+    return JointMotion(tuple(used), q, np.column_stack(tau), 1 / records.rate_hz, records.is_held)
 
 
 def encoder_of_axes(config: ManipulatorConfig, outputs: Collection[str] | None = None) -> dict[str, str]:

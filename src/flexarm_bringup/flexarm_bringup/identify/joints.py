@@ -37,6 +37,8 @@ DURATION = 30.0  # s
 PERCENT = 100.0
 EXPLAINED = 90.0  # % of a motor's torque; of arms as described 99, with friction beyond it 97
 REMARKS = "Excitation"
+HELD = "the torque counts as held from each sample to the next"
+AT_THE_SAMPLES = "the torque counts as that at the sample; tell one that is held from it on by is_held = 1"
 
 
 def joints_page(args: argparse.Namespace, say: Callable[[str], None]) -> Page:
@@ -91,6 +93,7 @@ def build_page(
         f"condition number {result.condition:.3g} of the scaled regressor; 1 is best",
         f"least told: {result.weakest}",
         "± holds what bending of the arm as described adds, which the regression takes for rigid",
+        HELD if motion.is_held else AT_THE_SAMPLES,
     ]
     quality = [
         Column("axis"), Column("torque\nexplained [%]", ".1f"), Column("moving\n[% of time]", ".0f"),

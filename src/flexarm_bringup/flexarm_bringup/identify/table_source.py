@@ -2,7 +2,9 @@
 
 Responses: a column ``f_hz`` and per response ``OUTPUT/INPUT.re`` and ``OUTPUT/INPUT.im`` (or one complex
 ``OUTPUT/INPUT``), its coherence ``OUTPUT/INPUT.coherence`` if known. Records: a column ``t`` [s], inputs
-``in:NAME``, outputs ``out:NAME``. MATLAB allows neither "/" nor ":": write ``OUTPUT__INPUT``, ``in_NAME``.
+``in:NAME``, outputs ``out:NAME``; ``is_held`` is 1 where an input stays until the next sample (in a CSV in
+every line), otherwise it is that at the sample. MATLAB allows neither "/" nor ":": write ``OUTPUT__INPUT``,
+``in_NAME``.
 """
 
 from __future__ import annotations
@@ -72,6 +74,14 @@ def _is_column(name: str) -> bool:
     return name in ("t", "f_hz") or "/" in name or name.startswith(SIDES)
 
 
+def _read_csv(path: Path) -> dict[str, Any]:
+    """Return the columns; one that is no channel and has the same number in every line is that number."""
+    return {
+        name: values[:1] if not _is_column(name) and (values == values[0]).all() else values
+        for name, values in read_csv(path).items()
+    }
+
+
 def _read_mat(path: Path) -> dict[str, Any]:
     found = {
         _from_matlab(name): np.squeeze(value)
@@ -96,7 +106,7 @@ def _read_npz(path: Path) -> dict[str, Any]:
         return {name: file[name] for name in file.files}
 
 
-READERS = {".csv": read_csv, ".mat": _read_mat, ".npz": _read_npz}
+READERS = {".csv": _read_csv, ".mat": _read_mat, ".npz": _read_npz}
 
 
 def _responses(path: Path, columns: Mapping[str, Any], kind: str) -> Responses:

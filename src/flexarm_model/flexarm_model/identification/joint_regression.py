@@ -49,14 +49,16 @@ class JointMotion:
     Attributes:
         axes: Axes "joint.axis" whose positions are measured.
         q: Positions at the samples [rad or m], (n, n_axes).
-        tau: Torque that acts from each sample to the next, zero for axes without motor, (n, n_axes).
+        tau: Torque at the samples, zero for axes without motor, (n, n_axes).
         dt: Sample period [s].
+        is_held: The torque acts from each sample to the next, as a drive holds it; else at the samples.
     """
 
     axes: tuple[str, ...]
     q: Array
     tau: Array
     dt: float
+    is_held: bool = True
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -142,7 +144,7 @@ def identify_joints(
     noise = left_behind(sigma, cutoff_hz, dt)
     moved = _derivatives(motion, cutoff_hz, smoothest(sigma, dt, SLOPE))
     moved = _standing(config, motion, moved, noise, cutoff_hz)
-    acting = (motion.tau + np.vstack([motion.tau[:1], motion.tau[:-1]])) / 2  # at the samples
+    acting = motion.tau - motion.is_held * np.diff(motion.tau, axis=0, prepend=motion.tau[:1]) / 2
     columns, X = joint_columns(config, rigid, moved, acting, noise)
     edge = round(EDGES / cutoff_hz / dt)
     kept = slice(edge, len(X) - edge, max(1, int(0.5 / cutoff_hz / dt)))
