@@ -10,7 +10,7 @@ import pytest
 from scipy.io import savemat
 
 from flexarm_bringup import cli
-from flexarm_bringup.identify.measurement import Records, SourceError
+from flexarm_bringup.identify.measurement import Records, Responses, SourceError
 from flexarm_bringup.identify.table_source import read_table
 
 N = 3000
@@ -130,6 +130,30 @@ def test_a_csv_as_spreadsheets_write_it_is_read(tmp_path: Path) -> None:
     assert isinstance(records, Records) and records.rate_hz == pytest.approx(10.0)
     assert records.inputs["u"].tolist() == [1.5, -0.125, 1.0]
     assert records.outputs["a"].tolist() == [2.0, 2.0, 3.5]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a/u.re,a/u.im\n1,1+5j,0\n2,1,0\n", "run.csv: 'a/u.re' holds complex numbers; expected real ones"),
+        ("a/u,a/u.coherence\n1,1+5j,1j\n2,1,1\n", "'a/u.coherence' holds complex numbers"),
+        ("a/u.re,a/u.im,b/u.im\n1,1,0,3\n2,1,0,3\n", "run.csv: column 'b/u.im' must end .* both parts"),
+        ("a/u.im\n1,3\n2,3\n", "column 'a/u.im' must end .* both parts"),
+    ],
+)
+def test_no_number_of_a_table_of_responses_is_passed_over(text: str, said: str, tmp_path: Path) -> None:
+    """An imaginary part in a column .re, and a whole column .im without its .re, were."""
+    path = tmp_path / "run.csv"
+    path.write_text(f"f_hz,{text}", encoding="utf-8")
+    with pytest.raises(SourceError, match=said):
+        read_table(path, "receptance")
+
+
+def test_complex_responses_stand_in_one_column(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("f_hz,a/u\n1,1+5j\n2,1-2j\n", encoding="utf-8")
+    responses = read_table(path, "receptance")
+    assert isinstance(responses, Responses) and responses.cells["a", "u"].tolist() == [1 + 5j, 1 - 2j]
 
 
 @pytest.mark.parametrize("held", [0, 1])

@@ -34,7 +34,7 @@ def read_table(path: Path, kind: str) -> Responses | Records:
     """Return what a table holds; its outputs are ``kind`` of a displacement.
 
     Raises:
-        SourceError: It cannot be read, or columns are missing, doubled or of different length.
+        SourceError: It cannot be read, or columns are missing, doubled, unlike in length or no numbers.
     """
     reader = READERS.get(path.suffix.lower())
     if reader is None:
@@ -46,17 +46,17 @@ def read_table(path: Path, kind: str) -> Responses | Records:
     except (OSError, EOFError, ValueError, KeyError, NotImplementedError, zipfile.BadZipFile) as error:
         raise SourceError(f"{path}: cannot be read: {error}") from error
     if "f_hz" in columns:
-        _refuse_other_lengths(path, columns, "f_hz")
+        _refuse_other_columns(path, columns, "f_hz")
         return _responses(path, columns, kind)
     if "t" in columns:
-        _refuse_other_lengths(path, columns, "t")
+        _refuse_other_columns(path, columns, "t")
         return _records(path, columns, kind)
     named = ", ".join(list(columns)[:8])
     raise SourceError(f"{path}: columns {named}; needed is 'f_hz' for responses or 't' for records in time")
 
 
-def _refuse_other_lengths(path: Path, columns: Mapping[str, Any], first: str) -> None:
-    """Refuse columns that are not one number per line or sample."""
+def _refuse_other_columns(path: Path, columns: Mapping[str, Any], first: str) -> None:
+    """Refuse columns that are not one number per line or sample, a real one but of whole responses."""
     rows = np.shape(columns[first])
     for name, values in columns.items():
         if not _is_column(name):
@@ -68,10 +68,19 @@ def _refuse_other_lengths(path: Path, columns: Mapping[str, Any], first: str) ->
             )
         if dtype.kind not in NUMBERS:
             raise SourceError(f"{path}: '{name}' holds {dtype.name}; expected numbers")
+        if np.imag(values).any() and not _is_whole_response(name):
+            raise SourceError(
+                f"{path}: '{name}' holds complex numbers; expected real ones: complex ones go into a column "
+                "OUTPUT/INPUT without .re and .im"
+            )
 
 
 def _is_column(name: str) -> bool:
     return name in ("t", "f_hz") or "/" in name or name.startswith(SIDES)
+
+
+def _is_whole_response(name: str) -> bool:
+    return "/" in name and "." not in name.partition("/")[2]
 
 
 def _read_csv(path: Path) -> dict[str, Any]:
@@ -115,13 +124,14 @@ def _responses(path: Path, columns: Mapping[str, Any], kind: str) -> Responses:
     for name, values in columns.items():
         output, _, rest = name.partition("/")
         entry, _, part = rest.rpartition(".") if "." in rest else (rest, "", "")
-        if name == "f_hz" or part == "im":
+        whole = {f"{output}/{entry}.re", f"{output}/{entry}.im"} <= set(columns)
+        if name == "f_hz" or (part == "im" and whole):
             continue
         if not entry:
             raise SourceError(f"{path}: column '{name}' is not OUTPUT/INPUT")
         if part == "coherence":
             coherence[output, entry] = np.real(np.asarray(values))
-        elif part == "re" and f"{output}/{entry}.im" in columns:
+        elif part == "re" and whole:
             cells[output, entry] = np.real(values) + 1j * np.real(columns[f"{output}/{entry}.im"])
         elif not part:
             cells[output, entry] = np.asarray(values, complex)
