@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from small_arm import small_arm
 
+from flexarm_bringup import cli
 from flexarm_bringup.identify.fingerprint import fingerprint
 from flexarm_bringup.identify.fitted_file import write_description
 from flexarm_bringup.identify.updating import Fitting, update_table
@@ -143,6 +145,18 @@ def test_the_hash_of_a_bag_is_of_what_was_recorded(name: str, is_of_the_bag: boo
     before = fingerprint(bag)
     (bag / name).write_text("something else")
     assert len(before) == 12 and (fingerprint(bag) != before) is is_of_the_bag
+
+
+def test_a_description_that_cannot_be_written_is_refused_before_the_test(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """That its list of fits cannot be added to was told after it, and an error of YAML lost the page."""
+    arm = small_arm(tmp_path)
+    arm.write_text(f"fitted: &told\n  - old\nassumed: *told\n{arm.read_text()}", encoding="utf-8")
+    words = ["--manipulator", str(arm), "--fit", "bodies.strip.damping_ratio"]
+    assert cli.main(["identify", "rig", *words, "--update", str(tmp_path / "mine.yaml")]) == 2
+    told = capsys.readouterr().err
+    assert told == f"flexarm identify: {arm}: 'fitted': cannot be added to as it is written\n"
 
 
 def test_equal_parts_are_written_one_by_one(tmp_path: Path) -> None:

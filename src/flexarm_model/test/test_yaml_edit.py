@@ -9,7 +9,8 @@ import pytest
 import yaml
 from arms import SINGLE_LINK
 
-from flexarm_model.identification.yaml_edit import add_items, edit_values
+from flexarm_model.identification import yaml_edit
+from flexarm_model.identification.yaml_edit import add_items, edit_names, edit_values
 from flexarm_model.reading.config import load_config
 from flexarm_model.settings.strict_yaml import ConfigError
 
@@ -90,7 +91,53 @@ def test_items_join_nothing_but_a_list(text: str) -> None:
 
 def test_a_list_that_cannot_be_added_to_is_refused() -> None:
     with pytest.raises(ConfigError, match="'fitted': cannot be added to"):
-        add_items("a: 1\n...\n", "fitted", ["x"])
+        add_items("{a: 1}\n", "fitted", ["x"])
+
+
+@pytest.mark.parametrize(
+    "before", ["a: 1\n...\n", "---\na: 1  # why\n# the end\n... # really\n", "a: 1\n..."]
+)
+def test_items_stand_before_the_mark_that_ends_a_document(before: str) -> None:
+    added = add_items(before, "fitted", ["x"])
+    assert yaml.safe_load(added) == {"a": 1, "fitted": ["x"]}
+    assert added.endswith(before[before.index("\n...") + 1 :])
+
+
+WRITTEN = [
+    "200 g",
+    "'200 g'",
+    ">\n      200 g",
+    "|\n      200\n      g",
+    ">-  # heavy\n\n      200 g\n",
+    "!!str 200 g",
+]
+
+
+@pytest.mark.parametrize("value", WRITTEN)
+@pytest.mark.parametrize("rest", ["", "\n", "\n    at: 1 m\n", "\n  # another\n  - mass: 1 g\nb: 2\n"])
+def test_a_value_is_changed_however_it_is_written(value: str, rest: str) -> None:
+    """Of a block scalar the line break and the next line's indent were taken for a part of it."""
+    before = f"masses:\n  - name: tool\n    mass: {value}{rest}"
+    expected = yaml.safe_load(before)
+    expected["masses"][0]["mass"] = "250 g"
+    edited = edit_values(before, {"masses.0.mass": "250 g"})
+    assert yaml.safe_load(edited) == expected and edited.endswith(rest)
+
+
+@pytest.mark.parametrize("text", ["a: ? b\n", "a: &a 1 m\nb: *a\n"])
+def test_a_text_that_says_something_else_than_asked_is_refused(
+    text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(yaml_edit, "_replaced", lambda text, node, value: text)
+    with pytest.raises(ConfigError, match="a: cannot be changed as the file is written"):
+        edit_values("a: 1 m\nb: 2\n", {"a": "2 m"})
+
+
+@pytest.mark.parametrize("style", ["a.mtx", ">-\n        a.mtx", "'a.mtx'"])
+def test_names_of_files_are_changed_however_they_are_written(style: str) -> None:
+    text = f"bodies:\n  solid:\n    mass:\n      file: {style}\n    nodes: 1\n"
+    renamed = yaml.safe_load(edit_names(text, ["file"], lambda name: f"../{name}"))
+    assert renamed == {"bodies": {"solid": {"mass": {"file": "../a.mtx"}, "nodes": 1}}}
 
 
 def test_a_value_is_not_changed_twice() -> None:

@@ -38,6 +38,7 @@ from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.identify.averaging import Averaging
 from flexarm_bringup.identify.bag_source import refuse_bags_of_another_arm
 from flexarm_bringup.identify.fittable import fittable
+from flexarm_bringup.identify.fitted_file import refuse_unwritable
 from flexarm_bringup.identify.halves import judge_halves, with_halves
 from flexarm_bringup.identify.idle_options import refuse_averaging, refuse_idle_options
 from flexarm_bringup.identify.joints import joints_page
@@ -162,13 +163,18 @@ def _check(args: argparse.Namespace) -> None:
                 "no modulus, point mass, damping ratio, spring or damper above 0"
             )
     if wants_fit:
-        read_unknowns(
-            args.manipulator, args.preset, args.fit
-        )  # what cannot be fitted is told before the test
+        _check_fit(args)
     if args.update == Path():
         args.update = Path(f"{Path(args.manipulator).stem}_fitted.yaml")
     if args.retune == Path():
         args.retune = moves_beside(args.update)
+
+
+def _check_fit(args: argparse.Namespace) -> None:
+    """Tell before the test what cannot be fitted, or not be written."""
+    unknowns = read_unknowns(args.manipulator, args.preset, args.fit)
+    if args.update is not None:
+        refuse_unwritable(args.manipulator, args.preset, unknowns)
 
 
 def _check_arm(args: argparse.Namespace) -> None:

@@ -20,21 +20,21 @@ def edit_values(text: str, changes: Mapping[str, str | float], preset: str = "")
     A value that the preset overlays is changed there, as that is the one in force.
 
     Raises:
-        ConfigError: A path leads to no scalar, or two to the same.
+        ConfigError: A path leads to no scalar, two to the same, or to one that cannot be changed in place.
     """
     paths = [_path_in_force(text, dotted, preset) for dotted in changes]
-    text = _write_out_aliases(text, paths)
-    root = _compose(text)
+    edited = _write_out_aliases(text, paths)
+    root = _compose(edited)
     nodes = [_find(root, path) for path in paths]
-    edits = [
-        (node.start_mark.index, node.end_mark.index, _one_line(value))
-        for node, value in zip(nodes, changes.values(), strict=True)
-    ]
-    if len({start for start, _, _ in edits}) < len(edits):
+    asked = dict(zip(nodes, changes.values(), strict=True))
+    if len(asked) < len(nodes):
         raise ConfigError(f"{', '.join(changes)}: name a value twice; give it once")
-    for start, end, new in sorted(edits, reverse=True):
-        text = text[:start] + new + text[end:]
-    return text
+    ways = {way: asked[leaf] for way, leaf in _leaves(root) if leaf in asked}
+    for node in sorted(nodes, key=lambda node: node.start_mark.index, reverse=True):
+        edited = _replaced(edited, node, asked[node])
+    if _values(edited) != {**_values(text), **ways}:
+        raise ConfigError(f"{', '.join(changes)}: cannot be changed as the file is written")
+    return edited
 
 
 def edit_names(text: str, keys: Collection[str], rename: Callable[[str], str]) -> str:
@@ -53,9 +53,9 @@ def edit_names(text: str, keys: Collection[str], rename: Callable[[str], str]) -
         for key, value in node.value
         if isinstance(value, yaml.ScalarNode) and key.value.rpartition(".")[2] in keys
     }
-    for start, node in sorted(names.items(), reverse=True):
+    for _, node in sorted(names.items(), reverse=True):
         if (new := rename(node.value)) != node.value:
-            text = text[:start] + _one_line(new) + text[node.end_mark.index :]
+            text = _replaced(text, node, new)
     return text
 
 
@@ -70,7 +70,8 @@ def add_items(text: str, key: str, items: Sequence[str]) -> str:
     if not isinstance(old or [], list):
         raise ConfigError(f"'{key}': is not a list")
     if node is None:
-        added = text.rstrip("\n") + f"\n\n{key}:\n" + _block(items, 2)
+        end = _end_of_document(text)
+        added = text[:end].rstrip("\n") + f"\n\n{key}:\n" + _block(items, 2) + text[end:]
     elif not old or node.flow_style:
         line = _one_line([*(old or []), *items])
         added = f"{text[: node.start_mark.index].rstrip(' ')} {line}{text[node.end_mark.index :]}"
@@ -89,6 +90,46 @@ def _read(text: str, key: str) -> Any:
         return yaml.safe_load(text)[key]
     except yaml.YAMLError:
         return None
+
+
+def _end_of_document(text: str) -> int:
+    """Return where "..." stands; without it the end of the text."""
+    for event in yaml.parse(text):
+        if isinstance(event, yaml.DocumentEndEvent) and event.explicit and event.start_mark is not None:
+            return event.start_mark.index
+    return len(text)
+
+
+def _replaced(text: str, node: yaml.ScalarNode, value: Any) -> str:
+    """Return the text with another value for a scalar; blank lines and the indent behind it stay.
+
+    The end mark of one in block style, behind "|" or ">", is at what comes next.
+    """
+    start = node.start_mark.index
+    end = start + len(text[start : node.end_mark.index].rstrip())
+    return text[:start] + _one_line(value) + text[end:]
+
+
+def _values(text: str) -> dict[tuple[str, ...], Any]:
+    """Return the value of every scalar by the keys that lead to it; none where the text is not YAML."""
+    try:
+        return {way: _Loader("").construct_document(leaf) for way, leaf in _leaves(_compose(text))}
+    except yaml.YAMLError:
+        return {}
+
+
+def _leaves(node: Any, way: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], yaml.ScalarNode]]:
+    """Yield every scalar with the keys that lead to it, those behind aliases too."""
+    if isinstance(node, _Alias):
+        yield from _leaves(node.value, way)
+    elif isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            yield from _leaves(value, (*way, key.value))
+    elif isinstance(node, yaml.SequenceNode):
+        for i, value in enumerate(node.value):
+            yield from _leaves(value, (*way, str(i)))
+    elif node is not None:
+        yield way, node
 
 
 def _block(items: Sequence[str], column: int) -> str:
