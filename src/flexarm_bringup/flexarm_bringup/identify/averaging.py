@@ -3,7 +3,7 @@
 Short blocks average much and widen every resonance to the main lobe of their window; long ones average
 little. A fifth of the record leaves nine blocks, half of each in the next; more inputs want more of them.
 But the chart has so many orders and no more: over many thousand lines it does not see a mode of a few, so of
-long records at high rates a block is a sixteenth.
+long records at high rates a block is a sixteenth. Hits and sweeps are taken whole, without a window.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from flexarm_bringup.identify.hits import are_hits, rung_down, told_of_hits
 from flexarm_bringup.identify.measurement import Records
 from flexarm_bringup.identify.record_checks import refuse_unusable
+from flexarm_bringup.identify.sweeps import moving_at_end, swept_band
 from flexarm_model.identification.spectra import BY_INSTRUMENT, SpectrumSettings
 
 BOXCAR = "boxcar"  # the window that is none
@@ -22,7 +23,9 @@ PARTS_PER_INPUT = 4  # of all records together
 MANY_PARTS = 16  # of a record whose blocks would have too many lines
 MOST_SAMPLES = 6400  # of a block that is more than such a part: 2500 lines of use
 MOST_SAMPLES_OF_A_HIT = 25_600  # of a block that is more than what rings
+MOST_SAMPLES_OF_A_SWEEP = 60_000  # of a run that is taken whole
 SHORTEST = 64  # samples of a block that nobody asked for
+SWEPT = "the inputs are sweeps"
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Averaging:
     Attributes:
         resolution_hz: Distance of the lines [Hz]; None chooses by the length and the number of
             the records and by the number of inputs.
-        window: Window of scipy.signal; empty takes none for hits and whole periods, else Hann's.
+        window: Window of scipy.signal; empty takes none for hits, sweeps and whole periods, else Hann's.
         estimator: One of ``ESTIMATORS`` or "Hc"; empty takes Hc where there are instruments, else H1.
     """
 
@@ -49,15 +52,17 @@ class Cut:
         settings: Blocks, window and estimator.
         remarks: What the reader should know of it.
         used: Samples at the begin of every run that count; None for all. What follows a hit is noise.
+        band_hz: Through which the inputs pass [Hz]; None where they do not pass through one.
     """
 
     settings: SpectrumSettings
     remarks: tuple[str, ...] = ()
     used: int | None = None
+    band_hz: tuple[float, float] | None = None
 
 
 def cut_of(records: Sequence[Records], averaging: Averaging) -> Cut:
-    """Return how to cut: whole periods where the excitation repeats, whole runs where it is a hit.
+    """Return how to cut: whole periods where the excitation repeats, whole runs where it is a hit or a sweep.
 
     Raises:
         SourceError: The runs cannot be cut so, or give no responses.
@@ -67,16 +72,71 @@ def cut_of(records: Sequence[Records], averaging: Averaging) -> Cut:
     if first.repeats:
         refuse_unusable(records, first.repeats)
         return Cut(SpectrumSettings(first.repeats, 0.0, BOXCAR, estimator))
-    hits = are_hits(records)
-    whole = hits and averaging.window in ("", BOXCAR)
-    wanted = averaging.resolution_hz
-    usual = _block_of_hits if whole else _usual_block
-    block = round(first.rate_hz / wanted) if wanted else usual(records)
+    if are_hits(records):
+        return _cut_of_hits(records, averaging, estimator)
+    if band_hz := swept_band(records):
+        return _cut_of_sweeps(records, averaging, estimator, band_hz)
+    return Cut(_in_blocks(records, averaging, estimator))
+
+
+def _cut_of_hits(records: Sequence[Records], averaging: Averaging, estimator: str) -> Cut:
+    """Return how to cut runs whose inputs are hits: without a window unless one was asked for."""
+    window, wanted = averaging.window, averaging.resolution_hz
+    if window not in ("", BOXCAR):
+        settings = _in_blocks(records, averaging, estimator)
+        return Cut(settings, tuple(told_of_hits(records, window, settings.block)))
+    block = round(records[0].rate_hz / wanted) if wanted else _block_of_hits(records)
     refuse_unusable(records, block)
-    told = tuple(told_of_hits(records, averaging.window, block)) if hits else ()
-    if whole:
-        return Cut(SpectrumSettings(block, 0.0, BOXCAR, estimator), told, None if wanted else block)
-    return Cut(SpectrumSettings(block, window=averaging.window or "hann", estimator=estimator), told)
+    told = tuple(told_of_hits(records, window, block))
+    return Cut(SpectrumSettings(block, 0.0, BOXCAR, estimator), told, None if wanted else block)
+
+
+def _cut_of_sweeps(
+    records: Sequence[Records], averaging: Averaging, estimator: str, band_hz: tuple[float, float]
+) -> Cut:
+    """Return how to cut runs whose inputs are sweeps: whole where they can be, else as any, with why."""
+    whole = _shortest(records)
+    unjudged = f"{SWEPT}: no half of a record was predicted from the other, which holds other frequencies"
+    if why := _why_in_blocks(records, averaging, whole, band_hz):
+        settings = _in_blocks(records, averaging, estimator)
+        is_whole = settings.window == BOXCAR and settings.block == whole
+        told = f"{SWEPT}, of which blocks give wrong modes or none: {why}"
+        return Cut(settings, (unjudged,) if is_whole else (unjudged, told), band_hz=band_hz)
+    refuse_unusable(records, whole)
+    told = (
+        f"{SWEPT} from {band_hz[0]:.3g} to {band_hz[1]:.3g} Hz: runs are taken whole, without a window; each "
+        "has to begin at rest"
+    )
+    return Cut(SpectrumSettings(whole, 0.0, BOXCAR, estimator), (unjudged, told), whole, band_hz)
+
+
+def _why_in_blocks(
+    records: Sequence[Records], averaging: Averaging, whole: int, band_hz: tuple[float, float]
+) -> str:
+    """Return why sweeps are not taken whole, and what would help; empty where they are."""
+    if averaging.resolution_hz or averaging.window not in ("", BOXCAR):
+        return "leave --resolution and --window out"
+    if len(records) < len(records[0].inputs):
+        return (
+            f"{len(records)} run(s) taken whole cannot part {len(records[0].inputs)} inputs: sweep each alone"
+        )
+    options = f"--window boxcar --resolution {records[0].rate_hz / whole:.9g}"
+    if moving := moving_at_end(records, band_hz, whole):
+        return (
+            f"still moving at the end: {', '.join(moving)}; record on until all is at rest, or take runs "
+            f"whole where no mode is near the frequency at which they end, {options}"
+        )
+    if whole > MOST_SAMPLES_OF_A_SWEEP:
+        return f"the runs are too long to be taken whole unless in a --band, {options}"
+    return ""
+
+
+def _in_blocks(records: Sequence[Records], averaging: Averaging, estimator: str) -> SpectrumSettings:
+    """Return how to average over blocks behind a window."""
+    wanted = averaging.resolution_hz
+    block = round(records[0].rate_hz / wanted) if wanted else _usual_block(records)
+    refuse_unusable(records, block)
+    return SpectrumSettings(block, window=averaging.window or "hann", estimator=estimator)
 
 
 def _shortest(records: Sequence[Records]) -> int:

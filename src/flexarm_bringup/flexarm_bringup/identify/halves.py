@@ -13,6 +13,7 @@ from flexarm_bringup.identify.hits import are_hits
 from flexarm_bringup.identify.measurement import Records, SourceError
 from flexarm_bringup.identify.run import Request, identify
 from flexarm_bringup.identify.sources import Source, of_records
+from flexarm_bringup.identify.sweeps import swept_band
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_model.identification.half_prediction import HalfFit, Halved, predict_half
@@ -39,10 +40,12 @@ class Halves:
 def judge_halves(source: Source, request: Request, averaging: Averaging) -> Halves | None:
     """Identify the first halves of the records and predict the second; None where there are no records.
 
-    A record that is too short to be halved, whose first half shows no mode, or whose input is a hit, says
-    nothing: None, too.
+    A record that is too short to be halved, whose first half shows no mode, or whose input is a hit or a
+    sweep, says nothing: None, too.
     """
     if not source.records or are_hits(source.records):
+        return None
+    if not source.records[0].repeats and swept_band(source.records):
         return None
     firsts = [first_half(record) for record in source.records]
     try:

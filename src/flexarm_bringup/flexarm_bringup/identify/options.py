@@ -52,7 +52,9 @@ def _add_measurement(parser: argparse.ArgumentParser) -> None:
         "--resolution", type=number(above=0.0), metavar="HZ", help="distance of the lines, for records"
     )
     group.add_argument(
-        "--window", type=window, help="for records; hann, or none (boxcar) where the inputs are hits"
+        "--window",
+        type=window,
+        help="for records; hann, or none (boxcar) where the inputs are hits or sweeps",
     )
     group.add_argument(
         "--estimator", default="", choices=(*ESTIMATORS, BY_INSTRUMENT),

@@ -183,6 +183,7 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
     try:
         cut = cut_of(records, averaging)
         settings, estimator = cut.settings, cut.settings.estimator
+        first = replace(first, band_hz=first.band_hz or cut.band_hz)
         blocks = block_spectra(
             [np.column_stack(list(run.inputs.values()))[: cut.used] for run in records],
             [np.column_stack(list(run.outputs.values()))[: cut.used] for run in records],
