@@ -26,6 +26,7 @@ from flexarm_bringup.identify.page import _doubts
 from flexarm_bringup.identify.run import Request, identify
 from flexarm_bringup.identify.set_ups import check_scale
 from flexarm_bringup.identify.sources import of_records, read_sources
+from flexarm_bringup.page.report import Table
 from flexarm_bringup.topics import STREAMS
 from flexarm_model.identification.ssi import Dropped, OutputModes
 from flexarm_model.reading.config import load_config
@@ -368,7 +369,7 @@ def test_an_array_in_the_place_of_an_archive_is_told(tmp_path: Path) -> None:
 
 def test_a_band_that_begins_far_below_the_slowest_mode_is_told() -> None:
     """One mode of 40 Hz was up to five in a band from 2.5 Hz on, and one in a band from 20 Hz on."""
-    modes = OutputModes(*np.full((4, 1), 9.0), np.ones((1, 1), complex))
+    modes = OutputModes(*np.full((4, 1), 9.0), np.ones((1, 1), complex), np.array([4]), 4, rings_down=False)
     far, near = (output_only._limits(modes, band) for band in ((1.4, 30.0), (5.0, 30.0)))
     assert "may show as several" in far[0] and far[0].endswith("try --band 4.5 30")
     assert far[1:] == near
@@ -376,6 +377,20 @@ def test_a_band_that_begins_far_below_the_slowest_mode_is_told() -> None:
     assert output_only._limits(left_out, (5.0, 30.0))[0].startswith(
         "15 Hz (10.4 % damping) is left out: the whole record shows it, but only 2 of its 4 parts"
     )
+
+
+def test_the_page_says_how_many_parts_show_a_mode_and_that_a_record_rings_down() -> None:
+    """Dampings of 1 % were told as 0.89 and 0.96 %, those of a hammer's record too."""
+    t = np.arange(0.0, 20.0, 1 / RATE)
+    parts = [np.exp(-ZETA * w * t) * np.sin(w * np.sqrt(1 - ZETA**2) * t) for w in 2 * np.pi * F_HZ]
+    outputs = {name: parts[0] + gain * parts[1] for name, gain in (("a", 0.5), ("b", -0.8))}
+    page = output_only.output_only_page(
+        [Path("rung.npz")], [Records(RATE, {}, outputs, "receptance")], (5.0, 30.0)
+    )
+    table = page.items[0]
+    assert isinstance(table, Table) and "the record rings down" in table.notes[1]
+    assert [row[-1] for row in table.rows] == ["4 of 4", "4 of 4"]
+    assert [row[3] for row in table.rows] == pytest.approx([1.0, 1.0], abs=1e-4)
 
 
 def test_a_channel_that_is_left_out_is_told_with_why(

@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from flexarm_model.identification.joined_tracks import lasting_modes
 from flexarm_model.identification.lscf import OrderPoles
-from flexarm_model.identification.ssi import output_modes
+from flexarm_model.identification.ssi import _of_the_mean, output_modes
 from flexarm_model.modal.mac import mac
 from flexarm_model.modal.modes import normal_modes
 
@@ -16,6 +16,15 @@ RATE, BAND = 100.0, (2.0, 30.0)
 M = np.diag([1.0, 1.2, 0.8])
 K = 4e3 * (2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1))
 MODES = normal_modes(M, 4e-4 * K, K)
+
+
+def let_go(seconds: float, noise: float) -> np.ndarray:
+    """Return the same after it was let go once, with noise over the largest, (samples, 3)."""
+    t = np.arange(0.0, seconds, 1 / RATE)[:, None]
+    omega, zeta = 2 * np.pi * MODES.f_hz, MODES.zeta
+    modal = np.exp(-zeta * omega * t) * np.cos(omega * np.sqrt(1 - zeta**2) * t)
+    y = modal @ MODES.shapes.T
+    return np.asarray(y + noise * abs(y).max() * np.random.default_rng(5).standard_normal(y.shape))
 
 
 def shaken(seconds: float, seed: int) -> np.ndarray:
@@ -38,10 +47,48 @@ def test_frequencies_damping_and_shapes_are_found_without_the_input() -> None:
     assert np.diag(mac(found.shapes.T, MODES.shapes)) == pytest.approx(np.ones(3), abs=0.02)
 
 
-def test_the_scatter_over_parts_is_of_the_size_of_the_error() -> None:
+def test_the_uncertainty_is_of_the_size_of_the_error() -> None:
     found = output_modes(shaken(300.0, 1), RATE, BAND)
-    assert (abs(found.f_hz - MODES.f_hz) < 5 * found.f_std_hz).all()
-    assert (found.f_std_hz < 0.01 * found.f_hz).all()
+    assert (abs(found.f_hz - MODES.f_hz) < 3 * found.f_std_hz).all()
+    assert (found.f_std_hz < 0.01 * found.f_hz).all() and not found.rings_down
+
+
+def test_two_parts_that_agree_by_chance_do_not_make_a_mode_sure() -> None:
+    """Of 76 modes 22 % lay beyond 3 sigma and 8 % beyond 10; one damping was 1.163 +- 0.00001 %."""
+    off = []
+    for seed in range(6):
+        found = output_modes(shaken(45.0, seed), RATE, BAND, parts=2)
+        for f, zeta, f_std, zeta_std in zip(
+            found.f_hz, found.zeta, found.f_std_hz, found.zeta_std, strict=True
+        ):
+            k = int(np.argmin(abs(MODES.f_hz - f)))
+            off += [(f - MODES.f_hz[k]) / f_std, (zeta - MODES.zeta[k]) / zeta_std]
+            assert min(zeta_std, f_std / f) > 0.999 * np.sqrt(zeta / (2 * np.pi * f * 45.0))
+    assert len(off) >= 24 and abs(np.array(off)).max() < 4.0
+
+
+@pytest.mark.parametrize("parts", [2, 3, 4])
+def test_one_sigma_of_the_mean_of_few_values_holds_two_thirds_of_them(parts: int) -> None:
+    values = np.full((100_000, 5), np.nan)
+    values[:, :parts] = np.random.default_rng(6).standard_normal((100_000, parts))
+    inside = abs(values[:, :parts].mean(axis=1)) < _of_the_mean(values)
+    assert np.mean(inside) == pytest.approx(0.683, abs=0.01)  # 0.50 of two without Student's factor
+
+
+@pytest.mark.parametrize(("seconds", "noise"), [(20.0, 0.0), (60.0, 1e-3)])
+def test_what_rings_down_gives_its_modes_and_no_others(seconds: float, noise: float) -> None:
+    """Dampings were too low by 1 / (2 pi f T), and a clean record had three times as many modes."""
+    found = output_modes(let_go(seconds, noise), RATE, BAND, parts=2)
+    assert found.rings_down and found.of_parts == 4 and min(found.parts) >= 3
+    assert found.f_hz == pytest.approx(MODES.f_hz, rel=1e-6 if not noise else 1e-4)
+    assert found.zeta == pytest.approx(MODES.zeta, rel=1e-4 if not noise else 1e-2)
+    assert (abs(found.zeta - MODES.zeta) < 5 * found.zeta_std + 1e-7).all()
+    assert np.diag(mac(found.shapes.T, MODES.shapes)) == pytest.approx(np.ones(3), abs=1e-3)
+
+
+def test_what_is_cut_off_while_it_rings_has_the_right_damping_too() -> None:
+    found = output_modes(let_go(20.0, 0.0)[:1400], RATE, (3.0, 30.0), parts=2)
+    assert found.zeta == pytest.approx(MODES.zeta, rel=1e-4)
 
 
 def test_a_heavily_damped_mode_whose_tracks_take_turns_is_found() -> None:
@@ -93,7 +140,7 @@ def test_what_too_few_parts_show_is_named_with_their_number() -> None:
     found = output_modes(y, RATE, BAND)
     assert found.f_hz == pytest.approx(MODES.f_hz, rel=0.01)
     hum = next(mode for mode in found.dropped if abs(mode.f_hz - 24.3) < 0.05)
-    assert hum.parts == 1 and hum.of_parts == 4 and hum.zeta < 0.005
+    assert hum.parts <= 1 and hum.of_parts == 4 and hum.zeta < 0.005
 
 
 def test_white_noise_alone_has_no_lasting_mode() -> None:

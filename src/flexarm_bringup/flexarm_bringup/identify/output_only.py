@@ -22,6 +22,8 @@ LOWEST = 1 / 200  # of the rate: lower end of the band when nobody says
 USABLE = 1 / 2.56  # of the rate
 PARTS, CYCLES = 4, 42.0  # parts of the record at most; cycles of the slowest mode that one needs
 FAR = 6.0  # slowest mode over the begin of the band: the covariances reach over many of its periods
+WHITE = "at least what a white excitation leaves of a record that long"
+RINGS_DOWN = "the record rings down: its parts are turns of it, not one after the other"
 STILL = 1e-12  # standard deviation over the largest value of a channel that does not move
 
 
@@ -98,19 +100,20 @@ def _parts(seconds: float, low_hz: float) -> int:
 def _modes(modes: OutputModes) -> Table:
     heads = [
         Column("mode", "d"), Column("frequency\n[Hz]", ".4f"), Column("±\n[Hz]", ".4f"),
-        Column("damping\n[%]", ".3f"), Column("±\n[%]", ".3f"),
+        Column("damping\n[%]", ".3f"), Column("±\n[%]", ".3f"), Column("parts"),
     ]  # fmt: skip
     rows: list[Cells] = [
-        [i + 1, float(f), float(f_std), PERCENT * float(zeta), PERCENT * float(zeta_std)]
-        for i, (f, f_std, zeta, zeta_std) in enumerate(
-            zip(modes.f_hz, modes.f_std_hz, modes.zeta, modes.zeta_std, strict=True)
+        [i + 1, float(f), float(f_std), PERCENT * float(zeta), PERCENT * float(zeta_std),
+         f"{parts} of {modes.of_parts}"]
+        for i, (f, f_std, zeta, zeta_std, parts) in enumerate(
+            zip(modes.f_hz, modes.f_std_hz, modes.zeta, modes.zeta_std, modes.parts, strict=True)
         )
-    ]
-    notes = [
-        "covariance-driven subspaces; a mode shows in the whole record and in most of its parts; "
-        "± is the scatter over the parts over the root of their number"
-    ]
-    return Table("Modes", heads, rows, notes)
+    ]  # fmt: skip
+    return Table("Modes", heads, rows, [
+        "covariance-driven subspaces; a mode shows in the whole record and in most of its parts",
+        "± is that of the mean over the parts that show it, widened as they are few (Student); "
+        + (RINGS_DOWN if modes.rings_down else WHITE),
+    ])  # fmt: skip
 
 
 def _limits(modes: OutputModes, band: tuple[float, float]) -> list[str]:

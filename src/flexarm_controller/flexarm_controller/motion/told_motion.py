@@ -1,0 +1,84 @@
+"""What a reference from outside says that no arm can do, or that contradicts itself.
+
+An axis cannot stop in no time, so the last point rests. And accelerations have to be those of the positions:
+tools that know none fill them with zeros, and torque and strain would be those of a motion without any. They
+are believed where they lie, nearly all the time, between those of the cubics on either side of a point, or
+beside them by no more than `BESIDE` of the largest; else the cubics' are taken throughout.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.limits import Limits
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.reference import Reference
+from flexarm_model.settings.units import is_sliding
+
+Array = NDArray[np.float64]
+MOVES = 1e-3  # of the velocity limit, or of the largest velocity where there is none: the last point moves
+STILL = 1e-6  # rad/s or m/s, and rad/s^2 or m/s^2, of which nobody asks
+BESIDE = 0.1  # of the largest acceleration of the axis
+SELDOM = 0.05  # of the time: a point at which the acceleration jumps may tell either
+NANOSECOND = 1e-9  # s; stamps of messages are whole ones
+
+
+def refuse_moving_end(reference: Reference, limits: Limits, names: Sequence[str]) -> None:
+    """Refuse a reference whose last point moves.
+
+    Args:
+        reference: Of the axes.
+        limits: Of the arm.
+        names: Of the axes, "joint.axis".
+
+    Raises:
+        MotionError: Names axis and velocity.
+    """
+    last, largest = abs(reference.theta_dot[-1]), abs(reference.theta_dot).max()
+    over = last - STILL - MOVES * np.where(np.isfinite(limits.velocity), limits.velocity, largest)
+    axis = int(over.argmax())
+    if over[axis] > 0.0:
+        velocity, unit = reference.theta_dot[-1, axis], "m/s" if is_sliding(names[axis]) else "rad/s"
+        raise MotionError(
+            f"axis {names[axis]}: moves at its last point, with {velocity:.4g} {unit}; expected 0 there: "
+            "no axis stops in no time"
+        )
+
+
+def with_own_accelerations(reference: Reference, names: Sequence[str]) -> tuple[Reference, str]:
+    """Return the reference with accelerations that go with its positions, and a remark where they did not.
+
+    Args:
+        reference: Of the axes.
+        names: Of the axes, "joint.axis".
+    """
+    if reference.t.size == 1:
+        return reference, ""
+    own = Reference.through(reference.t, reference.theta, reference.theta_dot)
+    after, before = own.theta_ddot.copy(), own.before(own.t).copy()
+    before[0], after[-1] = after[0], before[-1]  # at the ends there is one
+    low, high, h = np.minimum(after, before), np.maximum(after, before), np.diff(reference.t)[:, None]
+    allowed = BESIDE * np.maximum(abs(low), abs(high)).max(axis=0) + STILL + _of_stamps(reference)
+    told = reference.theta_ddot
+    told_before = told if reference.theta_ddot_before is None else reference.theta_ddot_before
+    off_after, off_before = (abs(each - np.clip(each, low, high)) for each in (told, told_before))
+    is_wrong = np.maximum(off_after[:-1], off_before[1:]) > allowed  # in every interval
+    share = (h * is_wrong).sum(axis=0) / h.sum()
+    axis = int(share.argmax())
+    if share[axis] <= SELDOM:
+        return reference, ""
+    k, unit = int(off_after[:, axis].argmax()), "m/s²" if is_sliding(names[axis]) else "rad/s²"
+    return own, (
+        f"accelerations that do not go with the positions are not believed: axis {names[axis]} tells "
+        f"{told[k, axis]:.4g} {unit} at {reference.t[k] - reference.t[0]:.3f} s, "
+        f"where it has {after[k, axis]:.4g}"
+    )
+
+
+def _of_stamps(reference: Reference) -> float:
+    """Return what rounded instants may make of an acceleration: a cubic goes its way whatever time it has."""
+    resolution = NANOSECOND + float(np.spacing(abs(reference.t).max()))
+    return float(12.0 * abs(reference.theta_dot).max() * resolution / np.diff(reference.t).min() ** 2)
