@@ -188,9 +188,7 @@ def test_references_are_answered_at_once_with_the_reason(exchange, model):
 def slow_move(begin, theta=1.5):
     """Return the message of a move of 10 s to ``theta`` that begins so long after the first state [s]."""
     return reference_to_msg(
-        Reference(
-            np.array([begin, begin + 10.0]), np.array([[0.1], [theta]]), np.zeros((2, 1)), np.zeros((2, 1))
-        ),
+        Reference.through([begin, begin + 10.0], [[0.1], [theta]]),
         ("base.rz",),
         1_000_000_000,
     )

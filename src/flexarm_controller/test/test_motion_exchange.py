@@ -349,9 +349,7 @@ def test_a_motion_of_which_the_model_node_says_nothing_ends_at_rest(config, mode
 def waiting(begin_k):
     """Return the message of a reference from 0.3 rad that begins in a period to come."""
     t, theta = np.array([0.0, 1.0]), np.array([[0.3], [0.0]])
-    return reference_to_msg(
-        Reference(t, theta, np.zeros((2, 1)), np.zeros((2, 1))), ("base.rz",), EPOCH + begin_k * PERIOD_NS
-    )
+    return reference_to_msg(Reference.through(t, theta), ("base.rz",), EPOCH + begin_k * PERIOD_NS)
 
 
 def test_a_goal_is_reached_and_settles_while_a_reference_waits_for_its_begin(config, model):

@@ -17,6 +17,7 @@ from flexarm_controller.motion.retime import RESERVE, retime
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.strains import Strains, strains_of
 from flexarm_controller.motion.stretch import slow_down, stretch
+from flexarm_controller.motion.told_motion import refuse_moving_end, with_own_accelerations
 from flexarm_controller.motion.torques import Torques
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference
@@ -60,6 +61,21 @@ def admit(
     """
     if reference.theta.shape[1] != limits.effort.size:
         raise MotionError(reference.fault(limits))
+    refuse_moving_end(reference, limits, model.theta_names)
+    reference, disbelief = with_own_accelerations(reference, model.theta_names)
+    followed, remark = _within_limits(reference, model, limits, config, is_awaited, loads)
+    return followed, "; ".join(said for said in (disbelief, remark) if said)
+
+
+def _within_limits(  # noqa: PLR0913, what ``admit`` has
+    reference: Reference,
+    model: ReducedModel,
+    limits: Limits,
+    config: MotionConfig,
+    is_awaited: bool,
+    loads: ArmLoads | None,
+) -> tuple[Reference, str]:
+    """Return what ``admit`` does of a reference that does not contradict itself."""
     way = loads.along(reference, model.pose) if loads else None
     checks = _Checks(
         limits,
