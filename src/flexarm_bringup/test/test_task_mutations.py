@@ -13,7 +13,7 @@ from test_task import ARM
 
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
-from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task import UNTUNED, Task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -204,6 +204,12 @@ def keys(content: dict[str, Any], inside: str = "") -> Iterator[str]:
         yield inside + key
         if isinstance(value, dict) and "by" not in value and key != "by":
             yield from keys(value, f"{inside}{key}.")
+
+
+def test_moves_without_settings_say_that_those_of_the_nodes_are_tuned_for_no_arm(folder: Path) -> None:
+    """MPC rested 17 mm off its goal, and the page told neither that nor whose settings they were."""
+    assert UNTUNED not in read(folder, "assumed", []).assumed
+    assert read(folder, "settings", {}).assumed == ("all of it", UNTUNED)
 
 
 @pytest.mark.parametrize("key", list(keys(TASK)))

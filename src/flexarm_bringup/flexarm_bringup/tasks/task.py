@@ -28,6 +28,10 @@ from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
 
 FORMAT = "flexarm-moves/1"
 FOLDER = "config/moves"
+UNTUNED = (  # told as assumed where a moves file has none
+    "settings of estimator and law: the defaults, tuned for no arm, as the moves file has none; given the "
+    "description itself the commands choose some"
+)
 Settings = TypeVar("Settings")
 
 
@@ -120,6 +124,7 @@ def load_task(path: Path) -> Task:
     top = Section(read_yaml(path), str(path))
     top.choice("format", (FORMAT,))
     wait = top.quantity("wait", "time", above=0.0, below=LONGEST)
+    settings = _read_settings(top.section("settings", {}))
     task = Task(
         manipulator=top.text("manipulator", path.stem),
         presets=_read_presets(top),
@@ -130,8 +135,8 @@ def load_task(path: Path) -> Task:
         watch=_read_watch(top.section("watch"), wait),
         gain_db=top.quantity("gain_db", "ratio", 12.0),
         speed=top.quantity("speed", "ratio", 5.0, above=0.0),
-        assumed=top.texts("assumed", ()),
-        settings=_read_settings(top.section("settings", {})),
+        assumed=(*top.texts("assumed", ()), *(() if any(settings.values()) else (UNTUNED,))),
+        settings=settings,
         compare=read_comparison(top.section("compare", {})),
         preset_settings={
             preset: _read_settings(section) for preset, section in top.sections("preset_settings", {})
