@@ -14,7 +14,7 @@ from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim_run.study import loop_settings
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.limits import limits_of
-from flexarm_controller.reference import hold
+from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -57,3 +57,20 @@ def test_with_the_price_of_other_arms_the_guard_stops_the_6r_and_the_telescopes_
     default = MpcConfig().slack_price
     assert "faster than it may be" in led("serial_6r", slack_price=default)[1]
     assert 1.08 < led("spatial_3tpt", slack_price=default)[0].max() < 1.15
+
+
+def test_the_arm_stands_where_a_reference_begins_until_it_does_also_when_that_begins_moving() -> None:
+    """It swung 0.3 rad away and back: a cubic led it from there to the first velocity, all the time."""
+    task, settings = task_for("single_link"), RigSettings(seed=1)
+    config = load_config(find_manipulator(task.manipulator), task.presets[0])
+    tree = ReducedTree(config)
+    start, begin = linearize(tree).pose + 0.1, 2.0
+    reference = Reference.through(
+        np.array([begin, begin + 0.5]), np.array([start, start + 0.4]), np.array([[1.0], [0.0]])
+    )
+    loop = loop_settings(task.under(task.presets[0]), "pd", settings)
+    hardware = Hardware(config, settings)
+    theta, effort = run_loop(hardware, tree, reference, begin, loop, lambda rig, _: rig.rig.truth().theta)
+    waits = np.array(theta)[round(0.7 * config.rate_hz) :]
+    assert not effort.guard and len(waits) > 100
+    assert abs(waits - start).max() < 0.02  # the law's own ringing

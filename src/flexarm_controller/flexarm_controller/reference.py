@@ -13,6 +13,7 @@ from flexarm_controller.motion.excess import find_excess
 from flexarm_model.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
+BRIEF = 1e-7  # s in which what rests takes up a velocity; a hundred of the steps of a message's time
 
 
 @dataclass(frozen=True)
@@ -49,12 +50,49 @@ def splice(before: Reference, after: Reference, t: float) -> Reference:
     start = float(after.t[0])
     if t >= start:
         return after
-    kept = before.t[(before.t > t) & (before.t < start)]
-    times = np.concatenate([[t], kept])
-    parts = zip(before.sample(times), (after.theta, after.theta_dot, after.theta_ddot), strict=True)
-    spliced = Reference(np.concatenate([times, after.t]), *(np.concatenate(pair) for pair in parts))
+    before = with_rests(before, t, start)
+    is_kept = (before.t > t) & (before.t < start)
+    times = np.concatenate([[t], before.t[is_kept]])
+    # stored, as the last one is sampled at rest
+    stored, later = ((each.theta, each.theta_dot, each.theta_ddot) for each in (before, after))
+    parts = zip(before.sample(times[:1]), (values[is_kept] for values in stored), later, strict=True)
+    spliced = Reference(np.concatenate([times, after.t]), *(np.concatenate(part) for part in parts))
     if before.theta_ddot_before is None and after.theta_ddot_before is None:
         return spliced
     ends = after.theta_ddot if after.theta_ddot_before is None else after.theta_ddot_before
     until_then = before.before(np.append(times, start))
     return replace(spliced, theta_ddot_before=np.concatenate([until_then, ends[1:]]))
+
+
+def with_rests(reference: Reference, since: float, until: float) -> Reference:
+    """Return the same motion, with samples that say that it rests before its first one and after its last.
+
+    What is joined to a reference meets its first or last sample in a cubic that has its velocity there, and a
+    line that has its acceleration: however long it rests between, it would swing.
+
+    Args:
+        reference: That begins or ends moving, maybe.
+        since: From when on it is to say so [s].
+        until: Until when [s].
+    """
+    if reference.t.size == 1:
+        return hold(reference.theta[0], float(reference.t[0]))
+    t, theta, theta_dot = reference.t, reference.theta, reference.theta_dot
+    waits, stays = since < t[0] - BRIEF, until > t[-1] + BRIEF
+    head = [0] if waits and theta_dot[0].any() else list[int]()
+    tail = [-1] if stays and theta_dot[-1].any() else list[int]()
+    jumps, theta_ddot = reference.theta_ddot_before, reference.theta_ddot.copy()
+    before = np.array(theta_ddot if jumps is None else jumps)
+    if waits:
+        before[0] = 0.0
+    if stays:
+        theta_ddot[-1] = 0.0
+    still = np.zeros_like(theta)
+    padded = (
+        np.concatenate([first[head], values, first[tail]])
+        for first, values in ((theta, theta), (still, theta_dot), (still, theta_ddot), (still, before))
+    )
+    times = np.concatenate([t[head] - BRIEF, t, t[tail] + BRIEF])
+    rested = Reference(times, *padded)
+    never_jumps = jumps is None and (before == theta_ddot).all()
+    return replace(rested, theta_ddot_before=None) if never_jumps else rested

@@ -5,6 +5,8 @@ samples too: it is ``v_max`` until the axis can be where it is asked to be, as f
 periods later::
 
     r(t + 2 T) = q + (v + 2 v_next + r'(t + 2 T)) T / 2          |v_next| <= v_max
+
+Where the reference begins later than it is caught up with, the axes rest until then, as it does.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.reference import Reference
+from flexarm_controller.reference import Reference, with_rests
 
 Array = NDArray[np.float64]
 CAUGHT_UP = 1e-9  # of a period
@@ -65,13 +67,14 @@ def _periods(t: float, dt: float, first: int, end: int) -> Array:
 def _joined(bridge: Array, reference: Reference, t: float, dt: float) -> Reference:
     """Return positions and velocities, (2, k, n_theta), every period from ``t`` on; then the reference."""
     theta, theta_dot = bridge
-    times, none, before = _periods(t, dt, 0, len(theta)), np.zeros_like(theta), reference.theta_ddot_before
-    later = reference.t > times[-1] + CAUGHT_UP * dt
+    times, none = _periods(t, dt, 0, len(theta)), np.zeros_like(theta)
     theta_ddot = np.concatenate([none[1:], reference.sample(times[-1:])[2]])
+    rested = with_rests(reference, float(times[-1]), float(reference.t[-1]))
+    later, before = rested.t > times[-1] + CAUGHT_UP * dt, rested.theta_ddot_before
     return Reference(
-        np.concatenate([times, reference.t[later]]),
-        np.concatenate([theta, reference.theta[later]]),
-        np.concatenate([theta_dot, reference.theta_dot[later]]),
-        np.concatenate([theta_ddot, reference.theta_ddot[later]]),
+        np.concatenate([times, rested.t[later]]),
+        np.concatenate([theta, rested.theta[later]]),
+        np.concatenate([theta_dot, rested.theta_dot[later]]),
+        np.concatenate([theta_ddot, rested.theta_ddot[later]]),
         None if before is None else np.concatenate([none, before[later]]),
     )

@@ -15,6 +15,7 @@ from flexarm_controller.motion.point_to_point import move, state_at
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipKinematics
+from flexarm_controller.reference import Reference
 from flexarm_controller.state import ArmState
 
 OTHERS = ("single_link", "planar_3rrr", "spatial_3tpt", "variable_stiffness")
@@ -131,3 +132,18 @@ def test_what_could_only_be_stopped_beyond_a_range_goes_on_to_its_own_end():
     at = np.linspace(t, motion.t[-1], 50)
     np.testing.assert_allclose(halt.sample(at)[0], motion.sample(at)[0], atol=1e-9)
     assert halt.t[-1] == motion.t[-1]
+
+
+def test_one_that_ends_moving_and_cannot_be_stopped_goes_its_way_to_the_last_sample():
+    """It was bent to come to rest there all along its last cubic."""
+    model, limits = single_link(), limits_of_hub()
+    end, t = limits.position_high - 1e-5, 0.97
+    motion = Reference.through(np.array([0.0, 1.0]), np.array([end - 3.0, end]), np.array([[0.0], [5.0]]))
+    server = MotionServer.__new__(MotionServer)
+    server.planner = OneArm(MotionPlanner(model, limits, MotionConfig(), ()))
+    with pytest.raises(MotionError, match="leaves the joint limits"):
+        server.planner.of(model).stop(state_at(motion, t), t)
+    at = np.linspace(t, 1.0 - 1e-6, 50)
+    left = server._halt(model, motion, t).sample(at)
+    for found, expected in zip(left, motion.sample(at), strict=True):
+        np.testing.assert_allclose(found, expected, atol=1e-9)

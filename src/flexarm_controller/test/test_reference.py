@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from served_arms import limits_of_hub
 
-from flexarm_controller.reference import Reference, hold, splice
+from flexarm_controller.reference import BRIEF, Reference, hold, splice, with_rests
 from flexarm_model.motion.profiles import Quintic
 
 
@@ -113,3 +113,28 @@ def test_what_is_spliced_keeps_the_accelerations_of_both_parts_where_they_jump()
         np.testing.assert_allclose(spliced.sample(times)[2], before.sample(times)[2], atol=1e-12)
         later = np.linspace(1.05, 2.1, 20)
         np.testing.assert_allclose(spliced.sample(later)[2], after.sample(later)[2], atol=1e-12)
+
+
+@pytest.mark.parametrize("is_told", [False, True], ids=["of its cubics", "told"])
+def test_what_is_spliced_rests_until_it_begins_and_after_it_has_ended_moving(is_told):
+    """It swung by 4/27 of its first velocity times the waiting; its last cubic ended at rest."""
+    t, theta, theta_dot = np.array([1.0, 2.0]), np.array([[0.2], [0.9]]), np.array([[1.5], [0.8]])
+    before = Reference.through(t, theta, theta_dot)
+    if is_told:
+        before = Reference(t, theta, theta_dot, np.array([[3.0], [2.0]]))
+    after = Reference.through(np.array([4.0, 5.0]), np.array([[0.9], [0.1]]))
+    spliced = splice(before, after, 0.1)
+    times = np.concatenate([np.linspace(0.1, 1.0 - 1e-6, 50), np.linspace(1.0, 2.0 - 1e-6, 50)])
+    times = np.concatenate([times, np.linspace(2.0 + 1e-6, 3.9999, 50)])
+    for found, expected in zip(spliced.sample(times), before.sample(times), strict=True):
+        np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_samples_that_say_that_it_rests_are_added_where_it_moves_only():
+    moves = Reference.through(np.array([1.0, 2.0]), np.array([[0.2], [0.9]]), np.array([[1.5], [0.0]]))
+    rested = with_rests(moves, 0.0, 3.0)
+    np.testing.assert_allclose(rested.t, [1.0 - BRIEF, 1.0, 2.0], atol=1e-15)
+    assert with_rests(moves, 1.0, 2.0).t.size == 2
+    still = Reference(moves.t, moves.theta, np.zeros((2, 1)), np.zeros((2, 1)))
+    assert with_rests(still, 0.0, 3.0).t.size == 2
+    assert with_rests(still, 0.0, 3.0).theta_ddot_before is None

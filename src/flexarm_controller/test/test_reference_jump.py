@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from served_arms import limits_of_hub, single_link, state_of
 
 from flexarm_controller.controller import Controller
@@ -62,6 +64,56 @@ def test_what_follows_on_the_way_is_the_reference_with_its_accelerations():
     times = np.linspace(NOW + 0.05, NOW + 2.9, 1000)
     for found, expected in zip(led.sample(times), asked.sample(times), strict=True):
         np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def moving_at_both_ends(rng, begin, is_told_accelerations):
+    """Return a motion within one turn from zero that begins and ends as fast as it may."""
+    t = begin + np.cumsum(rng.uniform(0.3, 1.0, int(rng.integers(2, 4))))
+    t, theta, theta_dot = t - t[0] + begin, rng.uniform(-0.5, 0.5, (t.size, 2)), np.zeros((t.size, 2))
+    theta_dot[[0, -1]] = rng.uniform(-1.0, 1.0, (2, 2)) * V * rng.choice([0.0, 1.0])
+    asked = Reference.through(t, theta, theta_dot)
+    return Reference(t, theta, theta_dot, rng.normal(size=theta.shape)) if is_told_accelerations else asked
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10**6), is_told_accelerations=st.booleans())
+def test_the_axes_rest_from_where_they_caught_up_until_a_reference_begins_however_it_does(
+    seed, is_told_accelerations
+):
+    """They swung by 4/27 of its first velocity times the waiting, and their acceleration rose meanwhile."""
+    rng = np.random.default_rng(seed)
+    asked = moving_at_both_ends(rng, NOW + rng.uniform(2.0, 8.0), is_told_accelerations)
+    start = rng.uniform(-1.0, 1.0, 2)
+    led, begin = without_jump(start, asked, NOW, V, DT), float(asked.t[0])
+    caught_up = NOW + (abs(start - asked.theta[0]) / V).max() + 2 * DT
+    for found, expected in zip(
+        led.sample(np.linspace(caught_up, begin - 1e-6, 500)), (asked.theta[0], 0.0, 0.0), strict=True
+    ):
+        np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), atol=1e-12)
+    later = np.linspace(begin, float(asked.t[-1]) + 0.1, 200)
+    for found, expected in zip(led.sample(later), asked.sample(later), strict=True):
+        np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_no_way_to_a_reference_leaves_the_range_that_its_begin_and_the_axes_keep(seed):
+    """Between the samples either; where it begins within the way, by no more than one period's cubic."""
+    rng = np.random.default_rng(seed)
+    asked = moving_at_both_ends(rng, NOW + rng.uniform(0.0, 6.0), is_told_accelerations=False)
+    start, begin = rng.uniform(-1.0, 1.0, 2), float(asked.t[0])
+    led = without_jump(start, asked, NOW, V, DT)
+    theta = led.sample(np.linspace(NOW, begin, 2000))[0]
+    low, high = np.minimum(start, asked.theta[0]), np.maximum(start, asked.theta[0])
+    assert (theta >= low - 4 / 27 * V * DT - 1e-9).all() and (theta <= high + 4 / 27 * V * DT + 1e-9).all()
+
+
+def test_a_single_point_that_has_a_velocity_is_waited_for_at_rest():
+    point = Reference(np.array([NOW + 5.0]), np.full((1, 2), 0.5), np.array([[3.0, 1.0]]), np.zeros((1, 2)))
+    led = without_jump(np.zeros(2), point, NOW, V, DT)
+    theta, theta_dot, _ = led.sample(np.linspace(NOW + 0.52, NOW + 6.0, 500))
+    np.testing.assert_allclose(theta, np.full_like(theta, 0.5), atol=1e-12)
+    np.testing.assert_allclose(theta_dot, 0.0, atol=1e-12)
 
 
 def test_the_controller_leads_to_a_reference_from_where_the_axes_are():

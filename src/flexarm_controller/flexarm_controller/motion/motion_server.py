@@ -7,6 +7,7 @@ velocity and acceleration.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,7 @@ from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import grid
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics, angle_with
-from flexarm_controller.reference import Reference, hold, splice
+from flexarm_controller.reference import Reference, hold, splice, with_rests
 from flexarm_controller.state import ArmState
 from flexarm_model.served.reduced_model import ReducedModel
 
@@ -160,7 +161,8 @@ class MotionServer:
 
     def _halt(self, model: ReducedModel, reference: Reference, now: float) -> Reference:
         """Return a stop, or what is left of a reference at ``now`` [s] if a stop is later or goes farther."""
-        left = splice(reference, hold(reference.theta[-1], max(float(reference.t[-1]), now)), now)
+        rested = with_rests(reference, now, math.inf)
+        left = splice(rested, hold(rested.theta[-1], max(float(rested.t[-1]), now)), now)
         try:
             halt = self.planner.of(model).stop(state_at(reference, now), now)
         except MotionError:
