@@ -79,7 +79,7 @@ class Controller:
         self._effort = limits.effort.tolist()
         self._reach = (limits.effort_rate * period).tolist()  # of a torque from one period to the next
         self._former = FormerPlan(limits.effort.size, period, self.config.shifted_periods)
-        self.queue = ReferenceQueue(limits.velocity, period)
+        self.queue = ReferenceQueue(limits, period, model.theta_names)
         self.notice, self._t = "", math.inf
         self._former_id = ""
         self.model = model
@@ -132,10 +132,9 @@ class Controller:
     def follow(self, reference: Reference) -> str:
         """Take a reference if the axes can follow it; returns why not, or nothing. See ``ReferenceQueue``."""
         fault = reference.fault(self._limits, self.model.theta_names)
-        if not fault:
-            self.queue.take(reference, self._t)
-            if self._inputs.ahead is not None:
-                self._inputs.ahead.expect(self.queue.reference)
+        fault = fault or self.queue.take(reference, self._t)
+        if not fault and self._inputs.ahead is not None:
+            self._inputs.ahead.expect(self.queue.reference)
         return fault
 
     def step(self, state: ArmState) -> ControlCommand:
@@ -174,7 +173,8 @@ class Controller:
         fault, plan, refusal = self._outcome(state), NO_PLAN, ""
         self.notice = self._drop_begun(state.t)
         if not self.queue.is_led and not fault:
-            self.queue.lead(state.theta, state.t)
+            if refused := self.queue.lead(state.theta, state.t):
+                self.notice = f"reference dropped: {refused}"
             self._interruption.clear()
         reference = self.reference
         if reference is not None and not fault:

@@ -155,6 +155,19 @@ def test_a_reference_outside_the_limits_is_not_taken():
     assert ladder.follow(hold(np.array([0.5]))) == ""
 
 
+def test_what_the_axes_cannot_be_led_to_within_their_range_is_dropped_with_a_notice():
+    ladder = controller()
+    ladder.queue.take(
+        hold(np.array([5.0]), 1.0), 0.0
+    )  # by another way than `follow`, which looks at its ends
+    command = ladder.step(state_of(STILL, MODEL))
+    assert "reference dropped: on the way to it from where the axes are led: axis" in ladder.notice
+    assert "beyond the limit 3 rad" in ladder.notice
+    np.testing.assert_allclose(command.tracking_error, 0.0, atol=1e-12)
+    ladder.step(state_of(STILL, MODEL, DT))
+    assert ladder.notice == ""
+
+
 def test_a_new_model_is_adopted_without_a_jump_of_torque():
     ladder = controller()
     ladder.follow(hold(np.array([0.3])))

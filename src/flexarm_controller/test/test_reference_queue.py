@@ -7,10 +7,12 @@ from hypothesis import strategies as st
 from served_arms import limits_of_hub, single_link, state_of
 
 from flexarm_controller.controller import Controller
+from flexarm_controller.limits import Limits
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.reference_queue import ReferenceQueue
 
 DT, V = 0.005, np.array([6.0, 6.0])
+LIMITS = Limits(np.ones(2), np.ones(2), V, np.full(2, -3.0), np.full(2, 3.0), (), np.zeros(0))
 GRID = np.linspace(0.0, 8.0, 4001)
 
 
@@ -22,7 +24,7 @@ def move(begin, end, start, goal):
 
 def led(*references, at=()):
     """Return the queue that took references at instants, leading from where the first one begins."""
-    queue = ReferenceQueue(V, DT)
+    queue = ReferenceQueue(LIMITS, DT)
     queue.take(references[0], 0.0)
     queue.lead(references[0].theta[0], 0.0)
     for reference, t in zip(references[1:], at, strict=True):
@@ -127,3 +129,44 @@ def test_the_controller_follows_one_after_the_other_and_tells_the_one_that_the_s
     for t, reference in ((0.7, first), (2.0, second)):
         np.testing.assert_allclose(controller.reference.position(t), reference.position(t), atol=1e-9)
     assert controller.reset()
+
+
+def test_the_axes_rest_between_a_motion_that_ends_moving_and_one_that_begins_moving():
+    """Both swung meanwhile, by 4/27 of the velocity times the waiting."""
+    ends = np.array([[0.0, 0.0], [1.0, -1.0]])
+    first = Reference.through(np.array([0.0, 2.0]), ends, np.array([[0.0, 0.0], [0.9, -0.9]]))
+    for start in (1.0, 0.4):  # where the first one ends, and elsewhere
+        second = Reference.through(
+            np.array([6.0, 7.0]),
+            np.array([[start, -start], [0.2, -0.2]]),
+            np.array([[1.5, -1.5], [0.0, 0.0]]),
+        )
+        joined = led(first, second, at=[0.5]).reference
+        moves = np.linspace(0.5, 2.0 - DT, 100)
+        np.testing.assert_allclose(joined.sample(moves)[0], first.sample(moves)[0], atol=1e-12)
+        waits = np.linspace(2.0 + (1.0 - start) / V[0] + 3 * DT, 6.0 - DT, 200)
+        theta, theta_dot, _ = joined.sample(waits)
+        np.testing.assert_allclose(theta, np.broadcast_to([start, -start], theta.shape), atol=1e-12)
+        np.testing.assert_allclose(theta_dot, 0.0, atol=1e-12)
+
+
+def test_one_whose_way_leaves_the_range_of_an_axis_is_not_taken_and_what_leads_goes_on():
+    """Nobody looked at the way."""
+    queue = led(move(0.0, 2.0, 0.0, 1.0))
+    leading, beyond = queue.reference, hold(np.array([3.5, 0.0]), 4.0)
+    fault = queue.take(beyond, 1.0)
+    assert fault.startswith("on the way to it from where the axes are led: axis 1: leaves the joint limits")
+    assert "beyond the limit 3 rad" in fault
+    assert queue.reference is leading and not queue.has_to_begin(1.0)
+
+
+def test_axes_beyond_their_range_are_led_back_and_held_where_the_way_is_none():
+    queue = ReferenceQueue(LIMITS, DT)
+    queue.take(hold(np.array([2.0, 0.0]), 0.0), 0.0)
+    assert queue.lead(np.array([3.2, 0.0]), 0.0) == ""
+    np.testing.assert_allclose(queue.reference.position(1.0), [2.0, 0.0], atol=1e-12)
+    queue.clear()
+    queue.take(hold(np.array([-3.5, 0.0]), 4.0), 0.0)
+    assert "position -3.5 rad is beyond the limit -3 rad" in queue.lead(np.array([3.2, 0.0]), 0.0)
+    np.testing.assert_allclose(queue.reference.position(9.0), [3.2, 0.0], atol=1e-12)
+    assert queue.is_led and not queue.has_to_begin(0.0)
