@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from flexarm_controller.limits import Limits
-from flexarm_controller.motion.arm_loads import ArmLoads
+from flexarm_controller.motion.arm_loads import AWAITED, MOST, ArmLoads
 from flexarm_controller.motion.calm import calm
 from flexarm_controller.motion.excess import Excess, find_excess
 from flexarm_controller.motion.refusals import MotionError
@@ -53,7 +53,7 @@ def admit(
         model: The served model, for its torque and the strain of its gauges.
         limits: Of the arm.
         config: What becomes of a reference that is too fast.
-        is_awaited: Commands are; then nothing is slowed down that takes long.
+        is_awaited: Commands are; then nothing is slowed down that takes long, and loads are fewer.
         loads: Of the arm away from the model's pose; None: they are the model's.
 
     Raises:
@@ -76,7 +76,7 @@ def _within_limits(  # noqa: PLR0913, what ``admit`` has
     loads: ArmLoads | None,
 ) -> tuple[Reference, str]:
     """Return what ``admit`` does of a reference that does not contradict itself."""
-    way = loads.along(reference, model.pose) if loads else None
+    way = loads.along(reference, model.pose, AWAITED if is_awaited else MOST) if loads else None
     checks = _Checks(
         limits,
         model.theta_names,

@@ -2,6 +2,7 @@
 
 A linear model of one pose holds within `NEAR` of it, as the guard's do. Farther away weight and inertia are
 others, where the arm has any that change: whether it has is looked at once, at poses all over its ranges.
+Poses are as close to each other as inertia asks (`close_poses`).
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.guarding.pose_loads import NEAR, REACH
+from flexarm_controller.guarding.pose_loads import NEAR
 from flexarm_controller.limits import Limits
+from flexarm_controller.motion.close_poses import Path, close_loads
 from flexarm_controller.motion.pose_load import PoseLoad, pose_load
 from flexarm_controller.motion.way import SPACING, Way, pieces
 from flexarm_model.motion.trajectory import Trajectory
@@ -24,7 +26,9 @@ from flexarm_model.tree.sensors import output_names
 Array = NDArray[np.float64]
 LOOKED = 6  # poses at which an arm is looked at
 ALIKE = 1e-6  # of torque and inertia: what a change below it is of is rounding
+PARTS = 8  # of what is between two poses, of which the ends are looked at
 MOST = 24  # poses on one way: made within half of what a guard waits for a command, of a large arm
+AWAITED = 12  # while a guard waits: on ways of the 6R inertia is then within 0.06 of the largest of its row
 
 
 class ArmLoads:
@@ -45,6 +49,7 @@ class ArmLoads:
         self.size = NEAR["r"] / self._near
         self._low, self._high = limits.position_low, limits.position_high
         self._last: Way | None = None
+        self._most = 0  # poses that it could have
         self.changes = self._changes()
 
     def between(self, start: Array, goal: Array, known: Array) -> Way | None:
@@ -52,32 +57,33 @@ class ArmLoads:
 
         None where the linear model of the pose ``known`` holds everywhere on it.
         """
-        count = 1 + max(1, int(np.ceil((abs(goal - start) * self.size).sum() / SPACING)))
-        return self._along(np.linspace(start, goal, min(count, MOST)), known)
+        count = max(1, int(np.ceil((abs(goal - start) * self.size).sum() / SPACING)))
+        path = Path(np.linspace(start, goal, PARTS * count + 1), self.size)
+        return self._along(path, np.linspace(0.0, path.gone[-1], min(1 + count, MOST)), known)
 
     def beside(self, start: Array, goal: Array, known: Array) -> Way | None:
         """Return what ``between`` does for a short way, made for it: of a long one they are coarser."""
         self._last = None
         return self.between(start, goal, known)
 
-    def along(self, trajectory: Trajectory, known: Array) -> Way | None:
+    def along(self, trajectory: Trajectory, known: Array, most: int = MOST) -> Way | None:
         """Return the loads on the way of a trajectory, as ``between`` does.
 
-        On a way that all axes together go further than `MOST` rad there are so many poses nevertheless.
+        Args:
+            trajectory: Of the axes.
+            known: Pose of the linear model, (n_theta,).
+            most: Poses, unless those `SPACING` apart are more; of these there are `MOST` at most.
         """
-        poses, theta = self.poses_along(trajectory, SPACING)
-        return self._along(poses, known, theta)
+        path, index = self._path(trajectory, SPACING)
+        return self._along(path, path.gone[index], known, most)
 
     def poses_along(self, trajectory: Trajectory, spacing: float) -> tuple[Array, Array]:
         """Return poses on the way of a trajectory, (k, n_theta), and all of it, (m, n_theta).
 
         They are ``spacing`` apart, of all axes together [rad]; on a long way there are `MOST`, further apart.
         """
-        theta = trajectory.sample(pieces(trajectory, self.size, spacing / 8))[0]
-        gone = np.append(0.0, np.cumsum((abs(np.diff(theta, axis=0)) * self.size).sum(axis=1)))
-        count = 1 + int(np.ceil(gone[-1] / spacing))
-        index = np.unique(np.searchsorted(gone, np.linspace(0.0, gone[-1], min(count, MOST))))
-        return theta[np.minimum(index, len(theta) - 1)], theta
+        path, index = self._path(trajectory, spacing)
+        return path.theta[index], path.theta
 
     def of_motors(self, pose: Array) -> PoseLoad | None:
         """Return what the motors bear at a pose (n_theta,); None where the arm cannot take it."""
@@ -85,21 +91,27 @@ class ArmLoads:
             return pose_load(self._tree, pose, [])
         return None
 
-    def _along(self, poses: Array, known: Array, theta: Array | None = None) -> Way | None:
-        """Return the loads at poses (k, n_theta), or the last ones where they hold at ``theta``."""
-        theta = poses if theta is None else theta
-        if not self.changes or not (abs(theta - known) > self._near).any():
+    def _path(self, trajectory: Trajectory, spacing: float) -> tuple[Path, NDArray[np.intp]]:
+        """Return the way of a trajectory, and which of its points are ``spacing`` apart."""
+        path = Path(trajectory.sample(pieces(trajectory, self.size, spacing / PARTS))[0], self.size)
+        end = path.gone[-1]
+        count = 1 + int(np.ceil(end / spacing))
+        index = np.unique(np.searchsorted(path.gone, np.linspace(0.0, end, min(count, MOST))))
+        return path, np.minimum(index, len(path.theta) - 1)
+
+    def _along(self, path: Path, begins: Array, known: Array, most: int = MOST) -> Way | None:
+        """Return the loads along a path, at ``begins`` (k,) and between, or the last where they hold."""
+        if not self.changes or not (abs(path.theta - known) > self._near).any():
             return None
-        if self._last is None or not self._last.is_near(theta, REACH * NEAR["r"]):
-            self._last = self._made(poses)
+        if self._last is None or self._most < most or not self._last.is_near(path.theta, NEAR["r"]):
+            loads = close_loads(path, begins, self._made, NEAR["r"], most)
+            self._last, self._most = Way(loads, self.size) if loads else None, most
         return self._last
 
-    def _made(self, poses: Array) -> Way | None:
-        loads = []
-        for pose in poses:
-            with suppress(PoseError, ClosureError):  # the node that makes models says so of the motion
-                loads.append(pose_load(self._tree, pose, self._gauges))
-        return Way(loads, self.size) if loads else None
+    def _made(self, pose: Array) -> PoseLoad | None:
+        with suppress(PoseError, ClosureError):  # the node that makes models says so of the motion
+            return pose_load(self._tree, pose, self._gauges)
+        return None
 
     def _changes(self) -> bool:
         """Tell whether load or inertia change other than a linear model says."""

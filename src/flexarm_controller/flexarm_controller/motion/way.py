@@ -3,7 +3,8 @@
 Between two poses ``theta_i``, ``theta_i + d`` the load at rest is the cubic with the loads and slopes
 ``K_i d`` of both; beside the chord it goes on with the slopes between. A sine of the sum of all angles, the
 worst that weight may be, errs by ``|d|^4 / 384`` of its largest value at most, with the sum ``|d|``: 4 % with
-`SPACING`. Inertia, friction and what products of velocities take go in lines from pose to pose.
+`SPACING`. Inertia, friction and what products of velocities take go in lines from pose to pose, and beside a
+chord they are those on it: `close_poses` has poses so close that inertia is within 2 % of what it is there.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from flexarm_controller.motion.pose_load import PoseLoad
 from flexarm_model.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
-SPACING = 2.0  # rad, of all axes together, from pose to pose
+SPACING = 2.0  # rad, of all axes together, from pose to pose at most
 PIECE = 0.25  # rad, likewise, of what one cubic in time stands for
 LOOKED = 8  # instants per interval by which its length is taken
 
