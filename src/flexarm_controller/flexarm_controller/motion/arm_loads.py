@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.guarding.pose_loads import NEAR
 from flexarm_controller.limits import Limits
-from flexarm_controller.motion.close_poses import Path, close_loads
+from flexarm_controller.motion.close_poses import BESIDE, Path, close_loads
 from flexarm_controller.motion.pose_load import PoseLoad, pose_load
 from flexarm_controller.motion.way import SPACING, Way, pieces
 from flexarm_model.motion.trajectory import Trajectory
@@ -103,8 +103,8 @@ class ArmLoads:
         """Return the loads along a path, at ``begins`` (k,) and between, or the last where they hold."""
         if not self.changes or not (abs(path.theta - known) > self._near).any():
             return None
-        if self._last is None or self._most < most or not self._last.is_near(path.theta, NEAR["r"]):
-            loads = close_loads(path, begins, self._made, NEAR["r"], most)
+        if self._last is None or self._most < most or not self._last.is_near(path.theta, BESIDE):
+            loads = close_loads(path, begins, self._made, most)
             self._last, self._most = Way(loads, self.size) if loads else None, most
         return self._last
 

@@ -17,6 +17,7 @@ from flexarm_controller.motion.pose_load import PoseLoad
 
 Array = NDArray[np.float64]
 STRAYING = 0.02  # of the largest inertia of a row: so far a line may be from it
+BESIDE = 0.05  # rad, of an axis: so far beside a chord inertia is that on it, within about as much
 
 
 class Path:
@@ -47,7 +48,7 @@ class Path:
 
 
 def close_loads(
-    path: Path, begins: Array, make: Callable[[Array], PoseLoad | None], near: float, most: int
+    path: Path, begins: Array, make: Callable[[Array], PoseLoad | None], most: int
 ) -> list[PoseLoad]:
     """Return the loads on a path, as close to each other as need be.
 
@@ -57,7 +58,6 @@ def close_loads(
         path: Of the axes.
         begins: Points where loads are made in any case [rad], in order, (k,).
         make: Returns the load at a pose (n_theta,); None where the arm cannot take it.
-        near: How far beside a chord inertia is that of the chord [rad].
         most: Loads, unless there are more points.
     """
     made = {float(s): load for s in begins if (load := make(path.at(s))) is not None}
@@ -73,7 +73,7 @@ def close_loads(
         made[middle] = load
         expected = _straying(made[a], load, made[b], path.size) / (4.0 * STRAYING)
         for ends in (a, middle), (middle, b):
-            heappush(left, (-max(expected, path.beside(*ends) / near), *ends))
+            heappush(left, (-max(expected, path.beside(*ends) / BESIDE), *ends))
     return [made[s] for s in sorted(made)]
 
 

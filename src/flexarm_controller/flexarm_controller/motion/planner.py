@@ -21,6 +21,7 @@ from flexarm_controller.motion.point_to_point import MotionState, move
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import grid, slow_down
+from flexarm_controller.motion.way import Way
 from flexarm_controller.reference import Reference, hold, splice
 from flexarm_model.served.reduced_model import ReducedModel
 
@@ -129,10 +130,16 @@ class MotionPlanner:
 
         From rest it is the shortest in slow motion, which is within every limit that the shortest keeps. A
         box that was widened for one motion may be too wide for another, so a longer one from a start that
-        moves is looked at.
+        moves is looked at. From there it does not go straight: what it asks is looked at where it goes.
         """
-        demand = self._demand_between(start, goal)
+        way = self._loads.between(start.theta, goal, self._model.pose) if self._loads else None
+        demand = self._demand_on(way, start)
         motion, box = self._gentle(start, goal, t, demand)
+        if self._loads and not start.is_at_rest:
+            beside = self._loads.along(motion, self._model.pose)
+            if beside is not way:
+                demand = self._demand_on(beside, start)
+                motion, box = self._gentle(start, goal, t, demand)
         shortest = float(motion.t[-1]) - t
         if duration <= 0.0 or shortest <= 0.0:
             return motion
@@ -155,11 +162,9 @@ class MotionPlanner:
         left = duration - (begin - t) if duration > 0.0 else 0.0
         return self._checked(splice(halt, self._paced(rest, goal, begin, left), t))
 
-    def _demand_between(self, start: MotionState, goal: Array) -> Asked:
-        way = self._loads.between(start.theta, goal, self._model.pose) if self._loads else None
-        return demand_on(
-            self._demand, self._model.n_theta, way, self._config, EASED if start.is_at_rest else 0.0
-        )
+    def _demand_on(self, way: Way | None, start: MotionState) -> Asked:
+        eased = EASED if start.is_at_rest else 0.0
+        return demand_on(self._demand, self._model.n_theta, way, self._config, eased)
 
     def _gentle(
         self, start: MotionState, goal: Array, t: float, demand: Asked
