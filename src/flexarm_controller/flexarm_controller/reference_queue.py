@@ -2,8 +2,8 @@
 
 A reference that begins while another is under way takes over when it begins; until then, or until it ends,
 the one under way is followed. The newest is right from its begin on: what was to begin later than that is
-gone. Laws that look ahead see what is followed as one reference. One whose way
-from where the axes are leads beyond the limits is not taken.
+gone. Laws that look ahead see what is followed as one reference. One whose way from where the axes are leads
+beyond the limits is not taken.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -91,8 +92,12 @@ def test_torque_counts_as_held_only_where_it_is(pendulum: ManipulatorConfig, is_
     q, v, a = swing(t + dt / 2 if is_held else t)
     tau = (AT_LEVER + 0.1) * a - 2.0 * 9.81 * 0.5 * np.cos(q) + 0.7 * v
     motion = JointMotion(("base.ry",), swing(t)[0][:, None], tau[:, None], dt, is_held)
-    viscous = of(identify_joints(pendulum, motion, 4.0), "base.ry", "viscous")
-    assert viscous.value == pytest.approx(0.7, abs=0.01)  # taken for the other: off by 0.04
+    right, wrong = (
+        of(identify_joints(pendulum, each, 4.0), "base.ry", "viscous")
+        for each in (motion, replace(motion, is_held=not is_held))
+    )
+    print(f"held {is_held}: {right.value:.3f}, taken for the other {wrong.value:.3f} +- {wrong.sigma:.3f}")
+    assert right.value == pytest.approx(0.7, abs=0.01) and abs(wrong.value - 0.7) > 0.03
 
 
 def test_the_spring_of_a_motors_axis_is_not_taken_for_its_rotor(tmp_path: Path) -> None:

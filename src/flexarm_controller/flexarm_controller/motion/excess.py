@@ -112,9 +112,13 @@ def _of_stamps(trajectory: Trajectory) -> Array:
 
     A cubic goes its way in the time between two samples, however that was rounded: ``3 dt / h`` of its speed.
     """
-    resolution = NANOSECOND + float(np.spacing(abs(trajectory.t).max()))
-    slack = np.minimum(3.0 * 2.0 * resolution / np.diff(trajectory.t), MOST_SLACK)
+    slack = np.minimum(3.0 * 2.0 * resolution_of(trajectory) / np.diff(trajectory.t), MOST_SLACK)
     return np.tile(slack, EXTREMES)[:, None]
+
+
+def resolution_of(trajectory: Trajectory) -> float:
+    """Return by how much instants of a message, in whole nanoseconds, may be rounded [s]."""
+    return NANOSECOND + float(np.spacing(abs(trajectory.t).max()))
 
 
 def peaks(

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
+from flexarm_controller.motion.excess import resolution_of
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.reference import Reference
 from flexarm_model.settings.units import is_sliding
@@ -23,7 +24,6 @@ MOVES = 1e-3  # of the velocity limit, or of the largest velocity where there is
 STILL = 1e-6  # rad/s or m/s, and rad/s^2 or m/s^2, of which nobody asks
 BESIDE = 0.1  # of the largest acceleration of the axis
 SELDOM = 0.05  # of the time: a point at which the acceleration jumps may tell either
-NANOSECOND = 1e-9  # s; stamps of messages are whole ones
 
 
 def refuse_moving_end(reference: Reference, limits: Limits, names: Sequence[str]) -> None:
@@ -80,5 +80,5 @@ def with_own_accelerations(reference: Reference, names: Sequence[str]) -> tuple[
 
 def _of_stamps(reference: Reference) -> float:
     """Return what rounded instants may make of an acceleration: a cubic goes its way whatever time it has."""
-    resolution = NANOSECOND + float(np.spacing(abs(reference.t).max()))
-    return float(12.0 * abs(reference.theta_dot).max() * resolution / np.diff(reference.t).min() ** 2)
+    v, h = abs(reference.theta_dot).max(), np.diff(reference.t).min()
+    return float(12.0 * v * resolution_of(reference) / h**2)
