@@ -9,7 +9,6 @@ from scipy.integrate import quad
 from served_arms import limits_of_hub, single_link, two_axes, two_axis_limits
 from test_retiming import quintic, random_path, torque
 
-from flexarm_controller.motion import admission
 from flexarm_controller.motion.admission import admit
 from flexarm_controller.motion.excess import find_excess
 from flexarm_controller.motion.refusals import MotionError
@@ -225,15 +224,16 @@ def wide(limits):
     return replace(limits, velocity=far, position_low=-far, position_high=far)
 
 
-def test_what_ends_much_sooner_stretched_as_a_whole_is_stretched(monkeypatch):
-    """Where axes begin and end at speed, slowing down where torque is short took up to 3 times longer."""
-    monkeypatch.setattr(admission, "refuse_moving_end", lambda *_: None)  # before the slowing down
+def test_what_ends_much_sooner_stretched_as_a_whole_is_stretched():
+    """It is seldom so of references that end at rest: of one in 400 drawn so."""
     model, limits = two_axes(), wide(two_axis_limits())
     equilibrium, sooner = build_equilibrium(model), 0
-    for seed in range(100, 110):
+    for seed in range(25, 35):
         rng = np.random.default_rng(seed)
         t, theta = np.cumsum(rng.uniform(0.1, 0.4, 5)), np.cumsum(rng.normal(0, 0.4, (5, 2)), axis=0)
-        asked = Reference.through(t, theta, rng.normal(0, 1.0, (5, 2)))
+        velocity = rng.normal(0, 1.0, (5, 2))
+        velocity[-1] = 0.0
+        asked = Reference.through(t, theta, velocity)
         followed, remark = admit(asked, model, limits, MotionConfig(excess_slowdown=20.0))
         assert find_excess(followed, limits, model.theta_names, equilibrium) is None
         stretched, _ = stretch(asked, limits, model.theta_names, equilibrium)
