@@ -34,12 +34,15 @@ OTHER_ARMS = (31, 32, 33)  # estimator rows that the other arms play, too
 OTHERS = ("spatial_3tpt", "serial_6r", "variable_stiffness")
 
 
-LONG = {"single_link": (35,), "planar_3rrr": (31, 32, 33, 35, 53)}  # two fifths of the time of all
+SLOW = {"single_link": (35,), "planar_3rrr": (31, 32, 33, 35, 53)}  # two fifths of the time of all
+LONG = {"single_link": (), "planar_3rrr": (19, 28)}  # messages of every kind: a sixth of the rest
 
 
 def speed_of(machine: str, row: int) -> tuple[pytest.MarkDecorator, ...]:
     """Return the mark of a row by how long it takes."""
-    return (pytest.mark.slow,) if row in LONG[machine] else ()
+    if row in SLOW[machine]:
+        return (pytest.mark.slow,)
+    return (pytest.mark.long,) if row in LONG[machine] else ()
 
 
 def rows_and_machines() -> list[object]:

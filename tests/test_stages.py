@@ -37,7 +37,7 @@ def test_what_has_no_nodes_runs_beside_those_that_have_and_yields_to_them(
 ) -> None:
     assert bootstrap.run_tests(place(), []) == 1
     (nodes,) = (command for command in commands if "nice" not in command)
-    assert nodes[-1] == "not slow and ros and not unhurried"
+    assert nodes[-1] == "not slow and not long and ros and not unhurried"
     modules = [command[5] for command in commands if "nice" in command]
     assert modules == ["ruff", "ruff", "mypy", "coverage", "coverage", "pytest"]
     said = capsys.readouterr().out.splitlines()
@@ -54,6 +54,16 @@ def test_quick_tests_start_no_node_and_hide_nothing_that_a_run_with_nodes_has_le
     assert [command[2] for command in commands] == ["ruff", "ruff", "mypy", "pytest"]
     assert "not ros" in commands[-1][commands[-1].index("-m", 2) + 1]
     assert (tmp_path / "log" / "nodes.log").read_text() == "of the last run"
+
+
+def test_what_takes_longer_than_a_second_is_run_where_it_is_asked_for(
+    bootstrap: ModuleType, commands: list[list[str]]
+) -> None:
+    bootstrap.run_tests(place(), ["--long"])
+    bootstrap.run_tests(place(), ["--all"])
+    marks = [word for command in commands for word in command if "unhurried" in word]
+    assert len(marks) == 4
+    assert not any("long" in mark for mark in marks)
 
 
 def test_arguments_of_pytest_run_it_alone(bootstrap: ModuleType, commands: list[list[str]]) -> None:

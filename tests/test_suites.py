@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[1]
 FILES = (*ROOT.glob("tests/test_*.py"), *ROOT.glob("src/*/test/test_*.py"))
 MARKED = re.compile(r"pytest\.mark\.unhurried\b")
@@ -33,10 +35,12 @@ def test_what_runs_beside_others_is_marked_as_needing_ros() -> None:
             before = line
 
 
-def test_what_is_listed_as_thorough_is_there() -> None:
-    lines = (ROOT / "tests" / "thorough.txt").read_text(encoding="utf8").splitlines()
+@pytest.mark.parametrize("name", ["thorough.txt", "long.txt"])
+def test_what_is_listed_is_there(name: str) -> None:
+    lines = (ROOT / "tests" / name).read_text(encoding="utf8").splitlines()
     listed = [line for line in lines if not line.startswith("#")]
     assert listed == sorted(set(listed))
     for line in listed:
-        name, _, function = line.partition("::")
-        assert f"def {function}(" in (ROOT / name).read_text(encoding="utf8"), line
+        path, _, example = line.partition("::")
+        function = example.partition("[")[0]
+        assert f"def {function}(" in (ROOT / path).read_text(encoding="utf8"), line

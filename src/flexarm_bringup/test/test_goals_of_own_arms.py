@@ -101,7 +101,7 @@ def test_where_commands_fail_for_want_of_a_state_the_report_says_what_the_estima
     ("arm", "start", "goal", "gain"),
     [
         ("variable_stiffness", [0.0, 1.5708, 0.0], [0.9, 0.6, -0.9], 4.0),
-        (str(ARM), [0.318, 0.841], [2.18, 1.40], 2.0),
+        pytest.param(str(ARM), [0.318, 0.841], [2.18, 1.40], 2.0, id="two_link"),
         pytest.param(str(ARM), [0.0, 1.5], [2.0, -1.5], 2.0, marks=pytest.mark.slow),
     ],
 )
