@@ -60,7 +60,7 @@ LISTS = {
         path=ROOT / "tests" / "long.txt",
         longest=1.0,
         marks="not slow and (not ros or unhurried) and not long",
-        head="# Examples of more than 1 s: ./flexarm test leaves them out, ./flexarm test --long runs them, too.\n"
+        head="# Examples of more than 1 s: ./flexarm test leaves them out, ./flexarm test --long runs them.\n"
         "# Written by tests/time_tests.py, which measures.\n",
         of_examples=True,
         kept=("tests/test_fault_matrix.py",),  # rows are played in every run
