@@ -104,11 +104,28 @@ node.deactivate()
 print(*((topic, msg.goal_id, msg.reason) for topic, msg in said))
 """
 )
+LATE = (
+    GOAL.format(there=True)
+    + ANSWERED
+    + """
+from flexarm_interfaces.msg import MotionStatus
+from flexarm_model.ros.node import GOALS_QOS
+node.deactivate()
+heard = []
+late = rclpy.create_node("late")
+late.create_subscription(MotionStatus, "/flexarm/motion_status", heard.append, GOALS_QOS)
+end = time.monotonic() + 20.0
+while not any(msg.reason for msg in heard) and time.monotonic() < end:
+    rclpy.spin_once(late, timeout_sec=0.1)
+print([msg.reason for msg in heard if msg.reason])
+"""
+)
 
 
 @pytest.mark.parametrize(
     ("code", "lockstep", "said"),
     [
+        (LATE, True, ["1", "['the controller is not active any more']"]),
         (ENDING, True, ["1", "('motion_status', 1, 'the controller is not active any more')"]),
         (UNSERVED, False, ["0.3", "0.0"]),
         (AT_ONCE, False, ["1: 3 ab12 2: refused: x"]),
@@ -128,6 +145,7 @@ print(*((topic, msg.goal_id, msg.reason) for topic, msg in said))
         (GOAL.format(there=True) + GONE, False, ["", "the controller is not", "None 1"]),
     ],
     ids=[
+        "what became of a goal for who comes late",
         "end of the controller",
         "without models",
         "words on two references at once",

@@ -33,7 +33,7 @@ from flexarm_bringup.calling.caller_node import (
     operate,
 )
 from flexarm_bringup.processes.asked_to_end import noting_signals
-from flexarm_model.ros.node import RELIABLE_QOS
+from flexarm_model.ros.node import GOALS_QOS, RELIABLE_QOS
 
 INTERRUPTED = 130  # what a shell reports for Ctrl-C
 SILENCE = 5.0  # s without a word of the controller, which speaks 20 times a second
@@ -82,7 +82,7 @@ class _Goal:
         self._goal, self._heard = 0, 0.0
         self._last: dict[int, MotionStatus] = {}  # by goal: it may speak before the answer is here
         self._guard = GuardStatus(mode=GuardStatus.ARMED)
-        caller.create_subscription(MotionStatus, "motion_status", self._on_status, RELIABLE_QOS)
+        caller.create_subscription(MotionStatus, "motion_status", self._on_status, GOALS_QOS)
         caller.create_subscription(GuardStatus, "guard_status", self._on_guard, RELIABLE_QOS)
 
     def run(self, request: MoveTip.Request) -> int:

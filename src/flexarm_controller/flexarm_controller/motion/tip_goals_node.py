@@ -1,7 +1,8 @@
 """Goals of the tip as services and topics of the controller node.
 
 Publishes
-    motion_status (flexarm_interfaces/MotionStatus): 20 Hz while a goal is pursued, and what becomes of it.
+    motion_status (flexarm_interfaces/MotionStatus): 20 Hz while a goal is pursued, and what becomes of it;
+        the last 100 also for who comes late, if they ask for them.
     reference (trajectory_msgs/JointTrajectory): the motion to a goal, or to rest, when it is taken.
 Subscribes
     model/models (std_msgs/String, latched): what the model node says of references; not in lockstep.
@@ -28,13 +29,13 @@ from flexarm_controller.motion.conversions import OWN_FRAME
 from flexarm_controller.motion.motion_exchange import MotionExchange
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_model.process.beside import Beside
-from flexarm_model.ros.node import TOLD_QOS
+from flexarm_model.ros.node import GOALS_QOS, TOLD_QOS
 from flexarm_model.ros.parameters_node import subscribe_parameters
 from flexarm_model.ros.patient_answers_node import LateAnswer
 
 MODELS_SAID = "model/models"  # on which the model node says what there is for a reference
 LOOK_PERIOD, FIRST_AHEAD = 0.005, 0.1  # s, for goals that are planned; that the first is given
-DEPTH = 100  # of motion_status: what becomes of a goal is said once
+DEPTH = 100  # of references
 
 
 class TipGoals:
@@ -61,7 +62,7 @@ class TipGoals:
         """
         self._node, self._exchange, self._publish = node, exchange, publish
         self.outlets = {
-            "motion_status": node.create_publisher(MotionStatus, "motion_status", QoSProfile(depth=DEPTH)),
+            "motion_status": node.create_publisher(MotionStatus, "motion_status", GOALS_QOS),
             "reference": node.create_publisher(JointTrajectory, "reference", QoSProfile(depth=DEPTH)),
         }
         self._beside = beside
