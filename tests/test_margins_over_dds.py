@@ -59,6 +59,7 @@ def test_an_optimistic_estimator_keeps_the_arm_from_being_armed_until_it_is_tune
         ear.wait(lambda: bool(ear.heard["joint_commands"]), PATIENCE, "a command")
 
 
+@pytest.mark.long
 def test_where_another_model_is_served_the_loop_is_judged_anew_before_the_arm_is_armed(
     tmp_path: Path,
 ) -> None:

@@ -139,6 +139,7 @@ def test_a_latched_message_is_printed_once_and_an_unknown_topic_lists_what_there
 
 
 @pytest.mark.ros
+@pytest.mark.long
 def test_a_reader_that_has_enough_ends_it_quietly_and_a_silent_topic_is_told(
     ros_environment: dict[str, str],
 ) -> None:

@@ -34,7 +34,8 @@ TOGETHER = {
 
 @pytest.mark.ros
 @pytest.mark.parametrize(
-    ("options", "titles", "crashed"), [((), APART, "model"), (("--composed",), TOGETHER, "composed")]
+    ("options", "titles", "crashed"),
+    [((), APART, "model"), pytest.param(("--composed",), TOGETHER, "composed", marks=pytest.mark.long)],
 )
 def test_the_graph_becomes_ready_comes_back_after_a_crash_and_ends_with_its_command(
     options: tuple[str, ...],
@@ -92,6 +93,7 @@ def test_a_domain_that_is_none_is_refused_before_anything_is_started(
 
 
 @pytest.mark.ros
+@pytest.mark.long
 def test_a_service_manager_that_gives_no_home_gets_its_nodes(
     tmp_path: Path, ros_environment: dict[str, str]
 ) -> None:
@@ -107,6 +109,7 @@ def test_a_service_manager_that_gives_no_home_gets_its_nodes(
 
 
 @pytest.mark.ros
+@pytest.mark.long
 def test_who_reads_no_further_ends_it_in_order(tmp_path: Path, ros_environment: dict[str, str]) -> None:
     """Head, for one: the next line came from a callback, and was a traceback."""
     command = [*COMMAND, "--log", str(tmp_path / "log")]
@@ -127,6 +130,7 @@ def test_who_reads_no_further_ends_it_in_order(tmp_path: Path, ros_environment: 
 
 
 @pytest.mark.ros
+@pytest.mark.long
 def test_a_bag_whose_disk_is_full_is_told_at_once_and_the_end_is_1(
     tmp_path: Path, ros_environment: dict[str, str]
 ) -> None:
@@ -148,6 +152,7 @@ def test_a_bag_whose_disk_is_full_is_told_at_once_and_the_end_is_1(
 
 
 @pytest.mark.ros
+@pytest.mark.long
 def test_who_is_impatient_at_the_start_leaves_nothing_behind(
     tmp_path: Path, ros_environment: dict[str, str]
 ) -> None:

@@ -2,7 +2,7 @@
 
 Publishes
     motion_status (flexarm_interfaces/MotionStatus): 20 Hz while a goal is pursued, and what becomes of it;
-        the last 100 also for who comes late, if they ask for them.
+        the last of them also for who comes late, if they ask for them.
     reference (trajectory_msgs/JointTrajectory): the motion to a goal, or to rest, when it is taken.
 Subscribes
     model/models (std_msgs/String, latched): what the model node says of references; not in lockstep.

@@ -56,7 +56,7 @@ NEWEST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TOLD_QOS = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # each is of another thing
 # what becomes of a goal is said once, and who asked for it may be heard before it hears
-GOALS_QOS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+GOALS_QOS = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 MODELS_DEPTH = 500  # most models of one motion; they are sent in one go, ahead of it
 MODELS_QOS = QoSProfile(depth=MODELS_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LOCKSTEP_QOS = QoSProfile(depth=1000)  # both ends in lockstep: no message is lost while a reader is slow
