@@ -114,7 +114,9 @@ def test_static_shapes_are_judged_as_well(reduction: dict[str, Any], tmp_path: P
 
 
 @pytest.mark.parametrize(
-    "arm", ["single_link", "planar_3rrr", "spatial_3tpt", "serial_6r", "variable_stiffness", str(TWO_LINK)]
+    "arm",
+    ["single_link", "planar_3rrr", "spatial_3tpt", "serial_6r", "variable_stiffness"]
+    + [pytest.param(str(TWO_LINK), id="two_link")],
 )
 def test_gauges_of_arms_that_came_along_are_told_rightly(arm: str) -> None:
     """Of the 3RRR two modes each have one frequency, and are any mixture."""
