@@ -59,6 +59,28 @@ def test_accelerations_filled_with_zeros_do_not_hide_the_torque_that_a_motion_ta
     assert remark == f"{first} at 0.000 s, where it has 83.1; {said}" and "slowed down" in said
 
 
+@pytest.mark.parametrize("rest", [3.0, 10.0, 1000.0])
+def test_a_long_rest_does_not_make_zeros_of_a_short_motion_believed(rest):
+    """Four seconds of rest after 0.19 s of motion hid 42 N m of 28: both were counted as told rightly."""
+    t, theta = np.array([0.0, FAST, rest]), np.array([[0.0], [0.7], [0.7]])
+    filled = Reference(t, theta, np.zeros((3, 1)), np.zeros((3, 1)))
+    model, limits = single_link(), limits_of_hub(effort=2.0)
+    followed, remark = admit(filled, model, limits, MotionConfig())
+    wanted, _ = admit(Reference.through(t, theta, np.zeros((3, 1))), model, limits, MotionConfig())
+    np.testing.assert_array_equal(followed.stacked(followed.t), wanted.stacked(followed.t))
+    assert "axis base.rz tells 0 rad/s² at 0.000 s, where it has 116" in remark and "slowed down" in remark
+
+
+@pytest.mark.parametrize("ramp", [0.03, 0.0713, 0.2])
+@pytest.mark.parametrize("cruise", [0.1, 3.0])
+def test_ramps_beside_a_cruise_are_believed_as_they_are_and_not_as_zeros(ramp, cruise):
+    profile = Trapezoid(ramp + cruise, 2 * ramp + cruise, ramp, ramp)
+    t = np.arange(0.0, 2 * ramp + cruise + 0.02, 0.01)  # their corners lie between the points
+    theta, theta_dot, theta_ddot = (np.array(part)[:, None] for part in profile.sample(t))
+    told = Reference(t, theta, theta_dot, theta_ddot)
+    assert believed(told) and not believed(replace(told, theta_ddot=np.zeros_like(theta_ddot)))
+
+
 @given(st.integers(0, 2**16), st.integers(2, 9))
 def test_accelerations_of_the_motion_itself_are_believed(seed, count):
     rng = np.random.default_rng(seed)

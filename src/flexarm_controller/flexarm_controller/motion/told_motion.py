@@ -20,6 +20,7 @@ from flexarm_controller.reference import Reference
 from flexarm_model.settings.units import is_sliding
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 MOVES = 1e-3  # of the velocity limit, or of the largest velocity where there is none: the last point moves
 STILL = 1e-6  # rad/s or m/s, and rad/s^2 or m/s^2, of which nobody asks
 BESIDE = 0.1  # of the largest acceleration of the axis
@@ -66,7 +67,8 @@ def with_own_accelerations(reference: Reference, names: Sequence[str]) -> tuple[
     told_before = told if reference.theta_ddot_before is None else reference.theta_ddot_before
     off_after, off_before = (abs(each - np.clip(each, low, high)) for each in (told, told_before))
     is_wrong = np.maximum(off_after[:-1], off_before[1:]) > allowed  # in every interval
-    share = (h * is_wrong).sum(axis=0) / h.sum()
+    largest = np.maximum.reduce([abs(each) for each in (after[:-1], before[1:], told[:-1], told_before[1:])])
+    share = _share_of_time(h, is_wrong, largest > allowed)
     axis = int(share.argmax())
     if share[axis] <= SELDOM:
         return reference, ""
@@ -76,6 +78,24 @@ def with_own_accelerations(reference: Reference, names: Sequence[str]) -> tuple[
         f"{told[k, axis]:.4g} {unit} at {reference.t[k] - reference.t[0]:.3f} s, "
         f"where it has {after[k, axis]:.4g}"
     )
+
+
+def _share_of_time(h: Array, is_wrong: Mask, accelerates: Mask) -> Array:
+    """Return the share of the time that is told wrongly, of all of it or where an axis accelerates, (n,).
+
+    A rest or a cruise says nothing of how right accelerations are, and a long one would hide a short motion.
+    There an interval counts as right beside one that is: where the acceleration jumps either may be told.
+
+    Args:
+        h: Length of every interval [s], (k, 1).
+        is_wrong: What is told there is wrong, (k, n).
+        accelerates: The axis does there, or is said to, (k, n).
+    """
+    is_right = np.pad(accelerates & ~is_wrong, ((1, 1), (0, 0)))
+    is_lonely = is_wrong & ~is_right[:-2] & ~is_right[2:]
+    accelerating = np.maximum((h * (accelerates | is_wrong)).sum(axis=0), h.min())
+    shares = (h * is_wrong).sum(axis=0) / h.sum(), (h * is_lonely).sum(axis=0) / accelerating
+    return np.maximum(*shares)
 
 
 def _of_stamps(reference: Reference) -> float:
