@@ -8,16 +8,18 @@ likelihood is that of the innovations of the filter that the settings name, so n
 bag has it, the tip's error is told, too. "frequency_error" only acts through its product with
 "motion_acceleration" and is left alone.
 
-The exit code is 1, and nothing is proposed, when the held-out half became less likely or the tip's error
-larger; 0 otherwise; 2 when the bag cannot be used.
+Samples that the estimator would refuse, outside their range say, are left out and counted. Frames count at
+the instant that "calibrate_latency" finds. Where a camera stamps later than the estimator takes it to, write
+its "stamp_delay" first: its noise would be told too large.
+
+The exit code is 1, and nothing is proposed, when the held-out half became less likely, the tip's error
+larger, or a camera's stamps are not as late as told; 0 otherwise; 2 when the bag cannot be used.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -26,42 +28,18 @@ from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
 from flexarm_bringup.consistency.bag_epochs import Epochs, read_epochs
-from flexarm_bringup.consistency.knobs import Noise, Parameter
+from flexarm_bringup.consistency.knobs import Noise
+from flexarm_bringup.consistency.late_stamps import delays_in_use, find_late_stamps
 from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
-from flexarm_bringup.consistency.search import DEAR
 from flexarm_bringup.consistency.settled import SETTLING, beginnings, is_settled
-from flexarm_bringup.consistency.smoothing import NO_TRUTH, tip_error
-from flexarm_bringup.consistency.tuning import Tuned, Tuner
+from flexarm_bringup.consistency.smoothing import tip_error
+from flexarm_bringup.consistency.tuning import Tuner
+from flexarm_bringup.consistency.tuning_page import Judgement, build_page
+from flexarm_bringup.consistency.usable_samples import own_words
 from flexarm_bringup.exit_codes import UNUSABLE
-from flexarm_bringup.page.check import Check
-from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_estimator.likelihood import Likelihood
 from flexarm_model.tree.reduced_tree import ReducedTree
-
-MOST_SPREAD = 7.0  # of a logarithm; the record does not tell by which factor of 1000
-
-MICRO = 1e6
-VERDICTS = {
-    "told": "tells it",
-    "less": "tells only that it is less",
-    "more": "tells only that it is more",
-    "flat": "does not tell it: stays as before",
-}
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """What a choice of noise is worth.
-
-    Attributes:
-        tuned, held: Likelihood of the half that was tuned on, and of the other.
-        tip: RMS error of the tip over the bag [m]; None when the bag has no truth for it.
-    """
-
-    tuned: Likelihood
-    held: Likelihood
-    tip: float | None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,7 +55,10 @@ def run(args: argparse.Namespace) -> int:
     try:
         progress.say("reading the bag")
         recording = open_recording(args.bag, arm_named(args))
-        record = read_epochs(recording)
+        progress.say("looking how late the cameras stamp")
+        late = find_late_stamps(recording)
+        delays = delays_in_use(late, recording.settings.calibrate_latency)
+        record = read_epochs(recording, delays)
         tuner = Tuner(record, ReducedTree(recording.config), recording.settings, SETTLING)
         noise = Noise(recording.settings, recording.config.sensors)
         middle = middle_of(record, args.bag, recording.settings.max_gap)
@@ -91,7 +72,10 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm tune: {error}", file=sys.stderr)
         return UNUSABLE
     progress.done()
-    return publish(resting_on(build_page(args.bag, noise, tuned, choices), recording.config), args)
+    stamps = [each.check(delays) for each in late]
+    heard = [*record.remarks, *own_words(record.own), *(each.describe() for each in late if delays)]
+    page = build_page(args.bag, noise, tuned, choices, stamps, heard)
+    return publish(resting_on(page, recording.config), args)
 
 
 def middle_of(record: Epochs, path: Path, max_gap: float) -> float:
@@ -120,8 +104,8 @@ def refuse_unlikely(before: Judgement, path: Path) -> None:
     for half, name in ((before.tuned, "first"), (before.held, "second")):
         if not np.isfinite(half.value):
             raise BagError(
-                f"{path}: the filter cannot be run through its {name} half, which has a gap, say; expected "
-                "one recording without a pause"
+                f"{path}: the filter cannot be run through its {name} half: at some instant it diverges, or "
+                "the loops of the arm do not close where it says the arm to be; does the description fit?"
             )
 
 
@@ -138,111 +122,3 @@ def judge(recording: Recording, tuner: Tuner, noise: Noise, middle: float) -> Ju
     tip = np.array([item.estimate.T_world_tip[:3, 3] for item in settled])
     error = tip_error([item.stamp_ns for item in settled], tip, truth)
     return Judgement(*halves, error if np.isfinite(error) else None)
-
-
-def build_page(path: Path, noise: Noise, tuned: Tuned, choices: Sequence[Judgement]) -> Page:
-    """Return the proposal, what it is worth, and the YAML."""
-    lead = (
-        "Maximum likelihood of the filter's innovations over the first half of the bag; "
-        f"{tuned.evaluations} runs of the filter."
-    )
-    items = [parameter_table(tuned.parameters), worth_table(choices), nis_table(choices)]
-    checks = worth_checks(choices)
-    worse = [f"nothing: {check.name} is {check.found}" for check in checks if not check.passed]
-    lines = [] if worse else [*yaml_lines(noise, tuned.noise), *doubtful(tuned.parameters)]
-    remarks: dict[str, Sequence[str]] = {
-        "YAML to paste": lines or worse or ["nothing: the record does not tell anything better"]
-    }
-    return Page(f"Noise proposed from {path}", lead, items, checks, remarks, {"yaml": lines})
-
-
-def parameter_table(parameters: Sequence[Parameter]) -> Table:
-    """Return the table of all parameters."""
-    heads = [Column("parameter"), Column("unit"), Column("before", ".3g"), Column("after", ".3g")]
-    heads += [Column("uncertain\nby factor", ".2f"), Column("the record")]
-    rows: list[Cells] = [
-        [
-            each.name, each.unit, each.before, None if each.verdict == "flat" else each.after,
-            float(np.exp(each.spread)) if each.spread < MOST_SPREAD else None,
-            VERDICTS[each.verdict],
-        ]
-        for each in parameters
-    ]  # fmt: skip
-    notes = [
-        "uncertain: one sigma of the logarithm, from the curvature of the likelihood; the search goes as far "
-        "as a factor of 100",
-        "what is less certain than by a factor of e, or ends at the limit of the search, is put back, and "
-        f"the others are searched again: it stays so where that costs at most {DEAR:g} of log-likelihood",
-        "a bag shows what happened in it: it does not show what else the settings are to bear (payloads, "
-        "less stiffness)",
-        "sensors that share kind and sigma share a parameter",
-        "acceleration_error and strain_error add to the sigmas as before",
-    ]
-    return Table("Parameters", heads, rows, notes)
-
-
-def worth_table(choices: Sequence[Judgement]) -> Table:
-    """Return the table of likelihoods and tip errors, before and after."""
-    before, after = choices
-    heads = [Column(""), Column("before", ".1f"), Column("after", ".1f"), Column("change", "+.1f")]
-    rows: list[Cells] = [
-        [f"log-likelihood, {name}", old.value, new.value, new.value - old.value]
-        for name, old, new in (
-            ("first half (tuned on)", before.tuned, after.tuned),
-            ("second half (held out)", before.held, after.held),
-        )
-    ]
-    if before.tip is not None and after.tip is not None:
-        rows.append(
-            ["tip error [um RMS]", MICRO * before.tip, MICRO * after.tip, MICRO * (after.tip - before.tip)]
-        )
-    return Table("What it is worth", heads, rows, [] if len(rows) > 2 else [f"no tip error: {NO_TRUTH}"])
-
-
-def worth_checks(choices: Sequence[Judgement]) -> list[Check]:
-    """Return whether what was not tuned on is as good as before."""
-    before, after = choices
-    old, new = before.held.value, after.held.value
-    found = f"{new:.2f}, {old:.2f} before"
-    kept = bool(np.isfinite(new) and new >= old)
-    checks = [Check("log-likelihood, second half (held out)", "no less than before", found, kept)]
-    if before.tip is not None and after.tip is not None:
-        found = f"{MICRO * after.tip:.2f} um RMS, {MICRO * before.tip:.2f} before"
-        checks.append(Check("tip error", "no more than before", found, after.tip <= before.tip))
-    return checks
-
-
-def nis_table(choices: Sequence[Judgement]) -> Table:
-    """Return the table of mean normalised innovations squared per sensor."""
-    before, after = choices
-    pairs = [each.nis() for each in (before.tuned, after.tuned, before.held, after.held)]
-    titles = ("first half\nbefore", "after", "second half\nbefore", "after")
-    heads = [Column("sensor"), *(Column(title, ".2f") for title in titles)]
-    rows: list[Cells] = [[name, *(pair.get(name) for pair in pairs)] for name in pairs[0]]
-    return Table("NIS per number", heads, rows, ["1 is right; more: the noise is told too low"])
-
-
-def yaml_lines(before: Noise, after: Noise) -> list[str]:
-    """Return what to change in moves file (settings.estimator) and description (sensors)."""
-    names = [
-        name
-        for name in vars(after.settings)
-        if getattr(after.settings, name) != getattr(before.settings, name)
-    ]
-    values = ", ".join(f"{name}: {getattr(after.settings, name):.3g}" for name in names)
-    lines = [f"settings: {{estimator: {{{values}}}}}"] if names else []
-    for old, new in zip(before.sensors, after.sensors, strict=True):
-        factor = float(new.sigma[0] / old.sigma[0])
-        if factor != 1.0:
-            sigma = ", ".join(f"{value:.3g}" for value in new.sigma)
-            lines.append(f"sensors.{new.name}.sigma: {factor:.3g} times what it is: [{sigma}] in SI")
-    return lines
-
-
-def doubtful(parameters: Sequence[Parameter]) -> list[str]:
-    """Return a comment for each value to paste of which the record tells the direction alone."""
-    return [
-        f"# {one.name}: the record {VERDICTS[one.verdict]} than {one.before:.3g}, not by how much"
-        for one in parameters
-        if one.verdict in ("less", "more")
-    ]

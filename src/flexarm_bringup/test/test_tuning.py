@@ -18,8 +18,9 @@ from flexarm_bringup.consistency.monte_carlo import START_BEFORE, Bench
 from flexarm_bringup.consistency.recording import open_recording, run_estimator
 from flexarm_bringup.consistency.search import DEAR
 from flexarm_bringup.consistency.tuning import Tuned, Tuner, curvature, spreads, told_by
+from flexarm_bringup.consistency.tuning_page import Judgement, build_page, doubtful, worth_checks, worth_table
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_bringup.tune import SETTLING, Judgement, build_page, doubtful
+from flexarm_bringup.tune import SETTLING
 from flexarm_estimator.likelihood import Epoch, Likelihood
 from flexarm_estimator.measurement import Measurement
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -63,6 +64,13 @@ def test_sensors_alike_share_a_knob() -> None:
     names = [knob.name for knob in make_knobs(noise_of(arm))]
     assert "encoder_1, encoder_2, encoder_3" in names
     assert "sag_error" not in names
+
+
+def test_a_sensor_that_tells_its_own_covariance_has_no_knob(bench: Bench) -> None:
+    """It read "does not tell it: stays as before" beside a NIS of 0.1: turning the knob changed nothing."""
+    noise = noise_of(bench)
+    names = {knob.name for knob in make_knobs(noise)}
+    assert names - {knob.name for knob in make_knobs(noise, ["camera"])} == {"camera"}
 
 
 def test_knobs_stay_inside_what_the_settings_allow(bench: Bench) -> None:
@@ -258,7 +266,7 @@ def test_a_bag_of_which_a_half_cannot_be_computed_is_refused(halves: tuple[float
     before = Judgement(*map(Likelihood, halves), None)
     with pytest.raises(BagError, match=f"cannot be run through its {name} half"):
         tune.refuse_unlikely(before, Path("bag"))
-    (check,) = tune.worth_checks([Judgement(Likelihood(1.0), Likelihood(-np.inf), None)] * 2)
+    (check,) = worth_checks([Judgement(Likelihood(1.0), Likelihood(-np.inf), None)] * 2)
     assert not check.passed
 
 
@@ -288,5 +296,5 @@ def test_a_choice_is_judged_by_the_tip_where_the_truth_is_of_its_instants(
     recording: Any = SimpleNamespace(true_tip=lambda: truth)
     judged = tune.judge(recording, tuner, noise_of(bench), 1.0)
     assert judged.tip == (error if error is None else pytest.approx(error))
-    notes = tune.worth_table([judged, judged]).notes
+    notes = worth_table([judged, judged]).notes
     assert notes == ([] if error else ["no tip error: the bag has no truth at the stamps of the estimates"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +14,7 @@ from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.consistency.acting_torques import acting_torques
 from flexarm_bringup.consistency.recording import Recording
 from flexarm_bringup.consistency.switched_off import refuse_other_filters, without_switched_off
+from flexarm_bringup.consistency.usable_samples import usable_samples
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.exchange import INTERVENTIONS_TOPIC
 from flexarm_estimator.interventions.conversions import intervention_from_msg
@@ -38,11 +39,15 @@ class Epochs:
         models: In the order of their use.
         epochs: In order of time; ``parts`` counts the models.
         t: Start, just before the first epoch [s].
+        own: Sensors that mostly bring a covariance of their own; their sigma changes nothing.
+        remarks: What is left out, a line each.
     """
 
     models: tuple[ReducedModel, ...]
     epochs: tuple[Epoch, ...]
     t: float
+    own: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass
@@ -60,27 +65,37 @@ DRIVES_TOPIC = "joint_states"  # what the drives measure, torques as well
 FIRST_STEP = 0.005  # s from the start to the first epoch
 
 
-def read_epochs(recording: Recording) -> Epochs:
+def read_epochs(recording: Recording, delays: Mapping[str, float] | None = None) -> Epochs:
     """Return the record of a bag.
 
-    Samples that cannot be read, are not finite or of a sensor that was switched off are left out. Torques are
-    those that acted for the estimator, too: as the guard told them, else as the drives measured them.
+    Samples that cannot be read, that the estimator would refuse or of a sensor that was switched off are left
+    out. Torques are those that acted for the estimator, too: as the guard told them, else as the drives
+    measured them.
+
+    Args:
+        recording: The bag.
+        delays: How late stamps are where it is not as configured, by sensor [s].
 
     Raises:
         BagError: It has no model, or no sample, or a user set the state or the noise on the way.
     """
-    heard = _listen(recording)
+    heard, path, specs = _listen(recording), recording.bag.path, recording.config.sensors
     if not heard.models or not heard.samples:
-        raise BagError(f"{recording.bag.path}: has {len(heard.models)} models, {len(heard.samples)} samples")
-    samples = sorted(StampDelays(recording.config.sensors).undo(heard.samples), key=lambda sample: sample.t)
-    refuse_other_filters(heard.done, recording.bag.path, samples[0].t)
-    samples = without_switched_off(samples, heard.done)
+        raise BagError(f"{path}: has {len(heard.models)} models, {len(heard.samples)} samples")
+    late = StampDelays(specs)
+    late.resume({**late.in_use, **(delays or {})})
+    samples = sorted(late.undo(heard.samples), key=lambda sample: sample.t)
+    refuse_other_filters(heard.done, path, samples[0].t)
+    usable = usable_samples(without_switched_off(samples, heard.done), specs)
+    if not usable.samples:
+        raise BagError(f"{path}: none of its samples can be used; {'; '.join(usable.describe())}")
     models = sorted(heard.models, key=lambda item: item[0])
     limits = [axis.effort for axis in recording.config.actuated.values()]
     acted = acting_torques(heard.told, heard.measured, limits)
     torques = [(torque.stamp_ns * NS, torque.tau) for torque in acted]
-    epochs = tuple(order_epochs(samples, torques, [t for t, _ in models], len(limits)))
-    return Epochs(tuple(model for _, model in models), epochs, epochs[0].t - FIRST_STEP)
+    epochs = tuple(order_epochs(usable.samples, torques, [t for t, _ in models], len(limits)))
+    begin, remarks = epochs[0].t - FIRST_STEP, tuple(usable.describe())
+    return Epochs(tuple(model for _, model in models), epochs, begin, usable.own, remarks)
 
 
 def _listen(recording: Recording) -> _Heard:
@@ -108,9 +123,7 @@ def _hear(topic: str, record: Record, reader: SensorReader, heard: _Heard) -> No
     else:
         if topic == DRIVES_TOPIC and len(msg.effort):
             heard.measured[stamp_ns], _ = reader.read_torque(topic, msg)
-        heard.samples += [
-            sample for sample in reader.read(topic, msg, t).samples if np.isfinite(sample.y).all()
-        ]
+        heard.samples += reader.read(topic, msg, t).samples
 
 
 def order_epochs(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 
@@ -81,8 +81,13 @@ class Knob:
         )
 
 
-def make_knobs(noise: Noise) -> list[Knob]:
-    """Return what can be tuned; sensors of one kind with one sigma share a knob."""
+def make_knobs(noise: Noise, own: Collection[str] = ()) -> list[Knob]:
+    """Return what can be tuned; sensors of one kind with one sigma share a knob.
+
+    Args:
+        noise: As it is.
+        own: Sensors whose samples bring a covariance of their own: they have no knob.
+    """
     allowed = {item.name: item.metadata for item in fields(EstimatorConfig)}
     names = (*PROCESS, SAG) if noise.settings.sag_modes else PROCESS
     knobs = []
@@ -92,6 +97,8 @@ def make_knobs(noise: Noise) -> list[Knob]:
         knobs.append(Knob(name, meta["unit"], value, (max(low, -LARGEST), min(high, LARGEST))))
     alike: dict[tuple[str, tuple[float, ...]], list[str]] = {}
     for spec in noise.sensors:
+        if spec.name in own:
+            continue
         alike.setdefault((spec.kind, tuple(spec.sigma.tolist())), []).append(spec.name)
     for (kind, sigma), sensors in alike.items():
         title = ", ".join(sensors)

@@ -85,7 +85,7 @@ class Tuner:
             end: What comes later is not looked at.
             say: Told how far it is.
         """
-        knobs = make_knobs(noise)
+        knobs = make_knobs(noise, self._record.own)
 
         def loss(p: Array) -> float:
             """Return the negative logarithm of the likelihood at parameters (n_knobs,)."""

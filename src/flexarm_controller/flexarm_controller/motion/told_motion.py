@@ -94,8 +94,8 @@ def _share_of_time(h: Array, is_wrong: Mask, accelerates: Mask) -> Array:
     is_right = np.pad(accelerates & ~is_wrong, ((1, 1), (0, 0)))
     is_lonely = is_wrong & ~is_right[:-2] & ~is_right[2:]
     accelerating = np.maximum((h * (accelerates | is_wrong)).sum(axis=0), h.min())
-    shares = (h * is_wrong).sum(axis=0) / h.sum(), (h * is_lonely).sum(axis=0) / accelerating
-    return np.maximum(*shares)
+    of_all, of_motion = (h * is_wrong).sum(axis=0) / h.sum(), (h * is_lonely).sum(axis=0) / accelerating
+    return np.asarray(np.maximum(of_all, of_motion))
 
 
 def _of_stamps(reference: Reference) -> float:

@@ -33,7 +33,7 @@ class StampAlarm:
             is_spare: The camera may be put out of use.
         """
         self._found, drift = found, found.value - used
-        is_on = abs(drift) > max(_SIGMAS * found.sigma, _LEAST_DRIFT)
+        is_on = is_drift(drift, found.sigma)
         is_out = is_on and drift > 0.0 and is_spare
         is_other = (is_on, is_out) != (self._is_on, self.is_out)
         if not is_other and not (is_on and abs(drift - self._drift) > _NEWS):
@@ -51,6 +51,11 @@ class StampAlarm:
     def readmit(self, used: float) -> list[Finding]:
         """Return what is new when the camera is not spare any more; ``used`` is the delay in use [s]."""
         return self.tell(self._found, used, is_spare=False) if self.is_out else []
+
+
+def is_drift(drift: float, sigma: float) -> bool:
+    """Return whether a delay is told to be other than the one in use, by ``drift`` ± ``sigma`` [s]."""
+    return abs(drift) > max(_SIGMAS * sigma, _LEAST_DRIFT)
 
 
 def _words(found: Latency, used: float) -> str:
