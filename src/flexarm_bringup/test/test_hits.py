@@ -106,3 +106,13 @@ def test_what_lasts_is_no_hit() -> None:
     for x in signals:
         assert not are_hits([SimpleNamespace(inputs={"u": x})])  # type: ignore[list-item]
     assert are_hits([replace(hit(0, 10.0), inputs={"one": hit(0, 10.0).inputs["hammer"], "still": 0 * t})])
+
+
+def test_hits_of_one_hammer_at_a_time_are_known_beside_noise_of_the_others() -> None:
+    """Noise of a two thousandth of the hit on the force that rested made a window of both runs."""
+    x, rng = hit(0, 10.0).inputs["hammer"], np.random.default_rng(0)
+    noise = 5e-4 * x.max() * rng.standard_normal((2, x.size))
+    runs = [{"one": x + noise[0], "two": noise[1]}, {"one": noise[1], "two": x + noise[0]}]
+    assert are_hits([replace(hit(0, 10.0), inputs=inputs) for inputs in runs])
+    shaken = {"one": x, "two": x.max() * rng.standard_normal(x.size)}
+    assert not are_hits([replace(hit(0, 10.0), inputs=inputs) for inputs in (*runs, shaken)])

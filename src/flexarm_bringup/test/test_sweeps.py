@@ -94,6 +94,20 @@ def test_a_sweep_is_known_by_its_one_way_through_a_band(x: np.ndarray, band: tup
         assert found == pytest.approx(band, abs=1.1)
 
 
+def test_sweeps_one_input_at_a_time_are_known_beside_noise_of_the_others() -> None:
+    """Noise of 1e-4 on the force that rested made blocks of both runs, and their modes wrong."""
+    noise = 1e-3 * np.random.default_rng(0).standard_normal((2, sine(30.0).size))
+    runs = [
+        Records(RATE, {"F": x, "G": y}, {"a": x}, "receptance")
+        for x, y in ((sine(30.0), noise[0]), (noise[1], 40.0 * sine(30.0)))
+    ]
+    assert swept_band(runs) == pytest.approx((2.0, 50.0), abs=1.1)
+    both = replace(
+        runs[0], inputs={"F": sine(30.0), "G": 40.0 * np.random.default_rng(1).normal(size=noise[0].size)}
+    )
+    assert swept_band([both, runs[1]]) is None
+
+
 def test_a_sweep_is_told_why_it_is_not_taken_whole() -> None:
     ended, two = sweep(), sweep()
     two = replace(two, inputs={"F": two.inputs["F"], "G": 2.0 * two.inputs["F"]})

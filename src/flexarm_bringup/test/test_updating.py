@@ -100,6 +100,17 @@ def test_absolute_names_and_those_beside_it_stay_as_they_are(tmp_path: Path) -> 
     assert yaml.safe_load(output.read_text())["bodies"]["solid"] == bodies
 
 
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+def test_a_description_keeps_the_line_ends_it_has(mark: bytes, tmp_path: Path) -> None:
+    """One from Windows came back with every line changed."""
+    path, output = write_arm(tmp_path), tmp_path / "mine.yaml"
+    path.write_bytes(mark + path.read_bytes().replace(b"\n", b"\r\n"))
+    write_description(Fitting(str(path), "", (), output=output), fitted(), [])
+    before, after = (each.read_bytes().splitlines(keepends=True) for each in (path, output))
+    assert all(line.endswith(b"\r\n") and line.count(b"\r") == 1 for line in after)
+    assert len(set(after) - set(before)) <= 4  # the value, a blank line, and the list of what was fitted
+
+
 def test_a_description_that_cannot_be_used_does_not_replace_one_that_can(tmp_path: Path) -> None:
     path = write_arm(tmp_path)
     with pytest.raises(ValueError, match="mass"):

@@ -22,6 +22,8 @@ from flexarm_model.served.linearize import linearize
 from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
+CRLF = "\r\n"
+
 
 def write_description(fitting: Fitting, update: Update, sources: Sequence[Path]) -> str:
     """Write the new description and return what was done, in a sentence.
@@ -65,10 +67,13 @@ def refuse_unwritable(manipulator: str, preset: str, unknowns: Sequence[Unknown]
 def _new_text(
     path: Path, preset: str, changes: Mapping[str, str | float], rests_on: Sequence[str], output: Path | None
 ) -> str:
-    """Return the text of a description with new values, for a file somewhere else."""
+    """Return the text of a description with new values, for a file somewhere else; it keeps its line ends."""
+    with path.open(encoding="utf-8", newline="") as file:
+        ends_in_crlf = file.readline().endswith(CRLF)
     text = edit_values(path.read_text(encoding="utf-8"), changes, preset)
     text = edit_names(text, KEYS, lambda name: _seen_from(output, path, name))
-    return add_items(text, "fitted", rests_on)
+    text = add_items(text, "fitted", rests_on)
+    return text.replace("\n", CRLF) if ends_in_crlf else text
 
 
 def _seen_from(output: Path | None, description: Path, name: str) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.identify.measurement import Records
+from flexarm_bringup.identify.moving_inputs import moving_inputs
 
 Array = NDArray[np.float64]
 HALF_THE_POWER = 0.5
@@ -24,7 +25,7 @@ PERCENT = 100.0
 
 def are_hits(records: Sequence[Records]) -> bool:
     """Tell whether every input that moves does so for a moment, in every run."""
-    moving = [x for run in records for x in run.inputs.values() if np.ptp(x) > 0.0]
+    moving = [x for _, x in moving_inputs([run.inputs for run in records])]
     return bool(moving) and all(_half_power_samples(x) <= FEW_SAMPLES * x.size for x in moving)
 
 

@@ -14,6 +14,7 @@ import scipy
 from numpy.typing import NDArray
 
 from flexarm_bringup.identify.measurement import Records
+from flexarm_bringup.identify.moving_inputs import moving_inputs
 
 Array = NDArray[np.float64]
 PARTS = 24  # of the time in which an input acts; each is to hold few of its frequencies
@@ -33,13 +34,8 @@ def swept_band(records: Sequence[Records]) -> tuple[float, float] | None:
 
     Where it is known what was asked of the inputs, that is what counts.
     """
-    signals = [
-        (x, run.rate_hz)
-        for run in records
-        for x in (run.instruments or run.inputs).values()
-        if np.ptp(x) > 0.0
-    ]
-    bands = [_passed(x, rate_hz) for x, rate_hz in signals]
+    moving = moving_inputs([run.instruments or run.inputs for run in records])
+    bands = [_passed(x, records[k].rate_hz) for k, x in moving]
     known = [band for band in bands if band is not None]
     if not known or len(known) < len(bands):
         return None
