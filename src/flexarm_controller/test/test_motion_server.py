@@ -15,6 +15,7 @@ from flexarm_controller.state import ArmState
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 PERIOD = 0.005
@@ -87,6 +88,20 @@ def test_a_goal_is_accepted_executed_and_settled(link):
     assert told[0].distance == pytest.approx(2 * REACH * np.sin(0.25), rel=1e-6)  # the chord
     assert arm.reference.theta[-1, 0] == pytest.approx(0.5, abs=1e-6)
     assert not arm.run(0.5)  # nothing more is told of it
+
+
+def test_a_tip_that_the_model_in_use_does_not_tell_of_ends_no_node(link, monkeypatch):
+    """Far from the pose that a model is of the loops of the 3RRR do not close: an error left the callback."""
+
+    def does_not_close(*_):
+        raise ClosureError("the loops do not close at this pose")
+
+    arm = ExactArm(link, settle_patience=0.2)
+    answer = arm.move(0.5)
+    monkeypatch.setattr(arm.server.planner.tip, "position", does_not_close)
+    told = arm.run(answer.duration + 0.4)
+    assert all(np.isnan(progress.distance) for progress in told[1:])
+    assert told[-1].stage == "aborted" and "does not tell where the tip is" in told[-1].reason
 
 
 def test_a_wished_duration_is_kept_or_refused(link):

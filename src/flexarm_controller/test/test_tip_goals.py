@@ -9,8 +9,9 @@ import pytest
 from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.refusals import MotionError
-from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
+from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics, _Attempts
 from flexarm_controller.state import ArmState
+from flexarm_model.kinematics.refusals import ConvergenceError
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
@@ -195,6 +196,32 @@ def test_a_pose_that_is_met_within_tolerance_and_angle_is_no_farther_than_need_b
     share = length**2 / (shift**2 + length**2)
     assert angle == pytest.approx((1.0 - share) * turn, rel=0.1)
     assert distance == pytest.approx(np.hypot(away, share * turn * shift), rel=0.1)
+
+
+WIDE = (
+    (-0.309, 1.652, 1.428, 1.73, -0.361, -0.035),
+    (0.839, -1.026, 0.425, -1.149, 1.272, -2.19),
+    (-0.752, 1.517, 1.405, -0.098, -0.152, 0.839),
+)  # rad
+
+
+@pytest.mark.parametrize("theta", WIDE)
+def test_a_wide_tolerance_makes_no_goal_that_can_be_met_end_beside_it(six, theta):
+    """A pose was missed by 14.6 mm where 20 were allowed: Newton's method had ended there from home."""
+    pose = np.array(six._resting.pose(np.array(theta)))
+    for tolerance in (0.02, 0.5):
+        goal = TipGoal(pose, with_orientation=True, tolerance=tolerance)
+        assert max(six.beside(goal, six.solve(goal, six._home))) < 1e-5
+
+
+@pytest.mark.parametrize(("off", "taken"), [((1.0e-3, 0.98e-3), 0), ((2.0e-3, 1.0e-3), 1)])
+def test_of_ways_to_hold_an_arm_that_miss_a_goal_alike_the_first_is_taken(off, taken):
+    """The first is where the arm is: another elbow is not worth a way that is less off by nothing."""
+    attempts = _Attempts()
+    for distance in off:
+        with attempts.noting():
+            raise ConvergenceError("missed", distance, 0.0, 9)
+    assert attempts.best is attempts.left[taken]
 
 
 def test_a_pose_turned_away_by_more_than_goes_with_the_tolerance_is_refused_by_both(link):

@@ -8,6 +8,7 @@ velocity and acceleration.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,7 @@ from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics, ang
 from flexarm_controller.reference import Reference, hold, splice, with_rests
 from flexarm_controller.state import ArmState
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.closure_error import ClosureError
 
 Array = NDArray[np.float64]
 
@@ -187,7 +189,9 @@ class MotionServer:
         is_known = state.is_finite and state.model_id == arm.model.model_id
         if pursuit is None or pursuit.point is None or not is_known:
             return float("nan")
-        return float(np.linalg.norm(self.planner.tip.position(arm.model, state) - pursuit.point))
+        with suppress(ClosureError):  # far from where the model is of, its lines lead loops apart
+            return float(np.linalg.norm(self.planner.tip.position(arm.model, state) - pursuit.point))
+        return float("nan")
 
     def _soonest(self, state: ArmState) -> float:
         """Return when a motion that is taken now may leave what is followed [s]."""

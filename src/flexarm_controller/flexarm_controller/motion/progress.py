@@ -85,7 +85,8 @@ class Pursuit:
             return Progress(t, self.goal_id, "succeeded", 1.0, distance, True)
         if not self.stop and t - self._end > config.settle_patience:
             is_known = np.isfinite(distance)
-            why = f"the tip stays {1e3 * distance:.3g} mm from the goal" if is_known else "no usable state"
+            unknown = "no usable state, or the model in use does not tell where the tip is"
+            why = f"the tip stays {1e3 * distance:.3g} mm from the goal" if is_known else unknown
             return self.end(t, "aborted", why, distance)
         if t - self._told < 1.0 / config.motion_status_rate - ROUNDING:
             return None

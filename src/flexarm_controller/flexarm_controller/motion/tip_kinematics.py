@@ -39,6 +39,7 @@ ROUGH = InverseSettings(distance=1e-5, angle=1e-4, iterations=30)  # the sag is 
 BRIEF = InverseSettings(distance=1e-5, angle=1e-4, iterations=12)  # from one of many starts
 RESTS = 2  # starts from which the rest is looked for: it costs a hundred times as much as with nothing bent
 BENDS = 0.05  # of its reach, by which what bends may reach further
+ALIKE = 1.1  # of what is left of a goal: so little more is not worth another way to hold the arm
 INSIDE = 1.001  # of the band at the end of a range where the guard stops an axis: a goal is outside of it
 
 
@@ -143,19 +144,23 @@ class TipKinematics:
         raise MotionError(self._refusal(goal, attempts))
 
     def _unbent(self, goal: TipGoal, near: Array, attempts: _Attempts) -> Iterator[Array]:
-        """Give axes at which the arm with nothing bent is at a goal; at last those that come nearest."""
+        """Give axes at which the arm with nothing bent is at a goal; at last those that come nearest.
+
+        A tolerance counts at last alone: the first place within it may be far from a goal that can be met.
+        """
+        exact = replace(goal, tolerance=0.0)
         for start in (near, self._home):
             with attempts.noting():
-                yield _inverse(self._held, goal, start, ROUGH)
+                yield _inverse(self._held, exact, start, ROUGH)
         if not self._is_beyond(goal):
             length = EXACT.length if goal.with_orientation else 0.0
             for start in self._starts.near(goal.pose, length, near):
                 attempts.others += 1
                 with attempts.noting():
-                    yield _inverse(self._held, goal, start, BRIEF)
+                    yield _inverse(self._held, exact, start, BRIEF)
         if not attempts.left:
             yield near
-        elif attempts.best.distance <= BENDS * self._reach.radius:
+        elif attempts.best.distance <= BENDS * self._reach.radius + goal.tolerance:
             yield attempts.best.theta
 
     def _is_beyond(self, goal: TipGoal) -> bool:
@@ -209,8 +214,9 @@ class _Attempts:
 
     @property
     def best(self) -> ConvergenceError:
-        """The one that came nearest, a turn counting by the size of a tool."""
-        return min(self.left, key=lambda error: error.distance + EXACT.length * error.angle)
+        """The one that came nearest, a turn counting by the size of a tool; of those alike the first."""
+        off = [error.distance + EXACT.length * error.angle for error in self.left]
+        return next(each for each, one in zip(self.left, off, strict=True) if one <= ALIKE * min(off))
 
 
 def _inverse(mechanism: Mechanism, goal: TipGoal, start: Array, settings: InverseSettings) -> Array:
