@@ -55,8 +55,7 @@ LATEST_QOS = QoSProfile(depth=1)
 NEWEST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TOLD_QOS = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # each is of another thing
-# what becomes of a goal is said once, and who asked for it may be heard before it hears
-GOALS_QOS = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+GOALS_QOS = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # their end is said once
 MODELS_DEPTH = 500  # most models of one motion; they are sent in one go, ahead of it
 MODELS_QOS = QoSProfile(depth=MODELS_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LOCKSTEP_QOS = QoSProfile(depth=1000)  # both ends in lockstep: no message is lost while a reader is slow
@@ -233,10 +232,8 @@ def _spin(node: Node, stopping: list[int], watch: StartWatch) -> None:
 def _keep_time(node: Node) -> None:
     """Give the process the cores and the priority of its node, where it asks for them and the user may."""
     settings = getattr(node, "settings", None)
-    for refusal in (
-        stay_on(getattr(settings, "cores", ())),
-        raise_priority(getattr(settings, "realtime_priority", 0)),
-    ):
+    cores, priority = getattr(settings, "cores", ()), getattr(settings, "realtime_priority", 0)
+    for refusal in (stay_on(cores), raise_priority(priority)):
         if refusal:
             node.get_logger().info(refusal)
 
