@@ -214,14 +214,18 @@ def test_a_wide_tolerance_makes_no_goal_that_can_be_met_end_beside_it(six, theta
         assert max(six.beside(goal, six.solve(goal, six._home))) < 1e-5
 
 
-@pytest.mark.parametrize(("off", "taken"), [((1.0e-3, 0.98e-3), 0), ((2.0e-3, 1.0e-3), 1)])
-def test_of_ways_to_hold_an_arm_that_miss_a_goal_alike_the_first_is_taken(off, taken):
-    """The first is where the arm is: another elbow is not worth a way that is less off by nothing."""
+@pytest.mark.parametrize(
+    ("off", "taken"),
+    [((1.9e-3, 1.8e-3), 0), ((2.1e-3, 1.95e-3), 1), ((1.9e-3, 1.0e-3), 1), ((3e-3, 2.9e-3), 1)],
+)
+def test_of_ways_to_hold_an_arm_that_miss_a_goal_alike_the_first_within_the_tolerance_is_taken(off, taken):
+    """The first is where the arm is; the nearest may be the only one within, and is told in a refusal."""
     attempts = _Attempts()
     for distance in off:
         with attempts.noting():
             raise ConvergenceError("missed", distance, 0.0, 9)
-    assert attempts.best is attempts.left[taken]
+    assert attempts.left.index(attempts.worth_bending(2e-3)) == taken
+    assert attempts.best.distance == min(off)
 
 
 def test_a_pose_turned_away_by_more_than_goes_with_the_tolerance_is_refused_by_both(link):

@@ -161,7 +161,7 @@ class TipKinematics:
         if not attempts.left:
             yield near
         elif attempts.best.distance <= BENDS * self._reach.radius + goal.tolerance:
-            yield attempts.best.theta
+            yield attempts.worth_bending(goal.tolerance).theta
 
     def _is_beyond(self, goal: TipGoal) -> bool:
         """Tell whether no axes whatever bring the tip as near to a goal as its tolerance."""
@@ -214,9 +214,18 @@ class _Attempts:
 
     @property
     def best(self) -> ConvergenceError:
-        """The one that came nearest, a turn counting by the size of a tool; of those alike the first."""
-        off = [error.distance + EXACT.length * error.angle for error in self.left]
-        return next(each for each, one in zip(self.left, off, strict=True) if one <= ALIKE * min(off))
+        """The one that came nearest, a turn counting by the size of a tool."""
+        return min(self.left, key=_off)
+
+    def worth_bending(self, tolerance: float) -> ConvergenceError:
+        """Return the first within a tolerance [m] that came about as near as any; else the nearest."""
+        near = [each for each in self.left if _off(each) <= ALIKE * _off(self.best)]
+        return next((each for each in near if each.distance <= tolerance), self.best)
+
+
+def _off(error: ConvergenceError) -> float:
+    """Return what is left of a goal [m], a turn counting by the size of a tool."""
+    return error.distance + EXACT.length * error.angle
 
 
 def _inverse(mechanism: Mechanism, goal: TipGoal, start: Array, settings: InverseSettings) -> Array:
