@@ -108,6 +108,24 @@ def test_sweeps_one_input_at_a_time_are_known_beside_noise_of_the_others() -> No
     assert swept_band([both, runs[1]]) is None
 
 
+def test_sweeps_and_hits_beside_other_inputs_are_told() -> None:
+    """A run of noise beside two sweeps gave a damping of 1.45 instead of 1.2 % without a word."""
+    x, noise = sine(30.0), np.random.default_rng(0).standard_normal((3, sine(30.0).size))
+    swept = Records(RATE, {"F": x, "G": 0 * x}, {"a": x}, "receptance", file="swept.npz")
+    shaken = replace(swept, inputs={"F": noise[0], "G": noise[1]}, file="")
+    hit = replace(swept, inputs={"F": 0 * x, "G": np.eye(1, x.size, 50)[0]}, file="hit.npz")
+    for runs, told in (
+        ((swept, shaken), "neither: F of run 2, G of run 2; sweep: F of swept.npz; all are cut into blocks"),
+        ((replace(swept, inputs={"F": x, "G": noise[0]}),), "neither: G of swept.npz; sweep: F of swept.npz"),
+        ((swept, hit), "hit: G of hit.npz; sweep: F of swept.npz"),
+    ):
+        assert told in cut_of(runs, USUAL).remarks[0]
+    moved = [replace(run, is_of_moves=True) for run in (swept, shaken)]
+    asked = Averaging(RATE / x.size, "boxcar")
+    for cut in (cut_of([shaken], USUAL), cut_of(moved, USUAL), cut_of([swept, shaken], asked)):
+        assert not cut.remarks
+
+
 def test_a_sweep_is_told_why_it_is_not_taken_whole() -> None:
     ended, two = sweep(), sweep()
     two = replace(two, inputs={"F": two.inputs["F"], "G": 2.0 * two.inputs["F"]})

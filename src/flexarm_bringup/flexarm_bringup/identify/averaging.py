@@ -15,6 +15,7 @@ from flexarm_bringup.identify.hits import are_hits, rung_down, told_of_hits
 from flexarm_bringup.identify.measurement import Records
 from flexarm_bringup.identify.record_checks import refuse_unusable
 from flexarm_bringup.identify.sweeps import moving_at_end, swept_band
+from flexarm_bringup.identify.unlike_inputs import told_of_unlike
 from flexarm_model.identification.spectra import BY_INSTRUMENT, SpectrumSettings
 
 BOXCAR = "boxcar"  # the window that is none
@@ -76,7 +77,8 @@ def cut_of(records: Sequence[Records], averaging: Averaging) -> Cut:
         return _cut_of_hits(records, averaging, estimator)
     if band_hz := swept_band(records):
         return _cut_of_sweeps(records, averaging, estimator, band_hz)
-    return Cut(_in_blocks(records, averaging, estimator))
+    settings = _in_blocks(records, averaging, estimator)
+    return Cut(settings, told_of_unlike(records) if settings.window != BOXCAR else ())
 
 
 def _cut_of_hits(records: Sequence[Records], averaging: Averaging, estimator: str) -> Cut:

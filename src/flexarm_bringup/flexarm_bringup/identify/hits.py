@@ -25,8 +25,13 @@ PERCENT = 100.0
 
 def are_hits(records: Sequence[Records]) -> bool:
     """Tell whether every input that moves does so for a moment, in every run."""
-    moving = [x for _, x in moving_inputs([run.inputs for run in records])]
-    return bool(moving) and all(_half_power_samples(x) <= FEW_SAMPLES * x.size for x in moving)
+    moving = [x for _, _, x in moving_inputs([run.inputs for run in records])]
+    return bool(moving) and all(is_hit(x) for x in moving)
+
+
+def is_hit(x: Array) -> bool:
+    """Tell whether a signal acts for a moment, (samples,)."""
+    return _half_power_samples(x) <= FEW_SAMPLES * x.size
 
 
 def told_of_hits(records: Sequence[Records], window: str, block: int) -> list[str]:

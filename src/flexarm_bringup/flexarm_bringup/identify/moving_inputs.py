@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 IDLE = 0.05  # of the widest swing of a channel in any run, below which it rests in this one
 
 
-def moving_inputs(runs: Sequence[Mapping[str, Array]]) -> list[tuple[int, Array]]:
-    """Return the inputs that move, each with the number of its run.
+def moving_inputs(runs: Sequence[Mapping[str, Array]]) -> list[tuple[int, str, Array]]:
+    """Return the inputs that move, each with the number of its run and its name.
 
     Args:
         runs: Inputs of every run by name, (samples,) each.
@@ -26,5 +26,8 @@ def moving_inputs(runs: Sequence[Mapping[str, Array]]) -> list[tuple[int, Array]
         for name, x in run.items():
             widest[name] = max(widest.get(name, 0.0), float(np.ptp(x)))
     return [
-        (k, x) for k, run in enumerate(runs) for name, x in run.items() if np.ptp(x) > IDLE * widest[name]
+        (k, name, x)
+        for k, run in enumerate(runs)
+        for name, x in run.items()
+        if np.ptp(x) > IDLE * widest[name]
     ]

@@ -35,11 +35,31 @@ def swept_band(records: Sequence[Records]) -> tuple[float, float] | None:
     Where it is known what was asked of the inputs, that is what counts.
     """
     moving = moving_inputs([run.instruments or run.inputs for run in records])
-    bands = [_passed(x, records[k].rate_hz) for k, x in moving]
+    bands = [passed_band(x, records[k].rate_hz) for k, _, x in moving]
     known = [band for band in bands if band is not None]
     if not known or len(known) < len(bands):
         return None
     return min(low for low, _ in known), max(high for _, high in known)
+
+
+def passed_band(x: Array, rate_hz: float) -> tuple[float, float] | None:
+    """Return the band through which a signal passes from one end to the other [Hz]; None for others."""
+    parts = _parts(x)
+    if parts is None:
+        return None
+    size = parts.shape[1]
+    power = _power(parts)
+    total = power.sum(axis=1)
+    loud = power[total > QUIET * total.max()]
+    if len(loud) < FEWEST_LOUD:
+        return None
+    share = np.cumsum(loud, axis=1) / loud.sum(axis=1, keepdims=True)
+    low, middle, high = (np.sum(share < part, axis=1) for part in HOLDS)  # lines
+    width, steps = int(high.max() - low.min()), np.diff(middle)
+    one_way = bool((steps >= -1).all() or (steps <= 1).all())
+    if not one_way or np.max(high - low) > NARROW * width:
+        return None
+    return _driven(x, rate_hz, (low.min() - 1) * rate_hz / size, (high.max() + 1) * rate_hz / size)
 
 
 def moving_at_end(records: Sequence[Records], band_hz: tuple[float, float], samples: int) -> list[str]:
@@ -73,26 +93,6 @@ def _power(parts: Array) -> Array:
     window = scipy.signal.get_window("hann", parts.shape[1])
     centred = parts - parts.mean(axis=1, keepdims=True)
     return np.asarray(abs(np.fft.rfft(centred * window, axis=1)) ** 2)
-
-
-def _passed(x: Array, rate_hz: float) -> tuple[float, float] | None:
-    """Return the band through which a signal passes from one end to the other [Hz]; None for others."""
-    parts = _parts(x)
-    if parts is None:
-        return None
-    size = parts.shape[1]
-    power = _power(parts)
-    total = power.sum(axis=1)
-    loud = power[total > QUIET * total.max()]
-    if len(loud) < FEWEST_LOUD:
-        return None
-    share = np.cumsum(loud, axis=1) / loud.sum(axis=1, keepdims=True)
-    low, middle, high = (np.sum(share < part, axis=1) for part in HOLDS)  # lines
-    width, steps = int(high.max() - low.min()), np.diff(middle)
-    one_way = bool((steps >= -1).all() or (steps <= 1).all())
-    if not one_way or np.max(high - low) > NARROW * width:
-        return None
-    return _driven(x, rate_hz, (low.min() - 1) * rate_hz / size, (high.max() + 1) * rate_hz / size)
 
 
 def _driven(x: Array, rate_hz: float, low_hz: float, high_hz: float) -> tuple[float, float]:
