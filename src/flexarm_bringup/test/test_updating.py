@@ -111,6 +111,20 @@ def test_a_description_keeps_the_line_ends_it_has(mark: bytes, tmp_path: Path) -
     assert len(set(after) - set(before)) <= 4  # the value, a blank line, and the list of what was fitted
 
 
+def test_a_description_whose_lines_end_in_several_ways_keeps_them_all(tmp_path: Path) -> None:
+    """All of its lines came back with the end of the first one."""
+    path, output = write_arm(tmp_path), tmp_path / "mine.yaml"
+    for ends in ((b"\r\n", b"\n"), (b"\n", b"\r\n", b"\n")):
+        lines = ARM.encode().splitlines()
+        path.write_bytes(b"".join(line + ends[k % len(ends)] for k, line in enumerate(lines)))
+        write_description(Fitting(str(path), "", (), output=output), fitted(), [])
+        before, after = (each.read_bytes().split(b"\n") for each in (path, output))
+        changed_lines = [k for k, line in enumerate(before[:-1]) if after[k] != line]
+        assert [b"payload" in before[k] for k in changed_lines] == [True]
+        assert after[changed_lines[0]].endswith(b"\r") is before[changed_lines[0]].endswith(b"\r")
+        assert {line.endswith(b"\r") for line in after[len(before) - 1 : -1]} == {ends[0] == b"\r\n"}
+
+
 def test_a_description_that_cannot_be_used_does_not_replace_one_that_can(tmp_path: Path) -> None:
     path = write_arm(tmp_path)
     with pytest.raises(ValueError, match="mass"):

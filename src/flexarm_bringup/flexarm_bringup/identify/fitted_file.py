@@ -11,6 +11,7 @@ import numpy as np
 
 from flexarm_bringup.bags.described_arm import KEYS
 from flexarm_bringup.identify.fingerprint import fingerprint
+from flexarm_bringup.identify.line_ends import with_line_ends_of
 from flexarm_bringup.identify.updating import PERCENT, Fitting
 from flexarm_bringup.whole_file import written_whole
 from flexarm_model.identification.model_update import Update
@@ -21,8 +22,6 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
 from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
-
-CRLF = "\r\n"
 
 
 def write_description(fitting: Fitting, update: Update, sources: Sequence[Path]) -> str:
@@ -67,13 +66,12 @@ def refuse_unwritable(manipulator: str, preset: str, unknowns: Sequence[Unknown]
 def _new_text(
     path: Path, preset: str, changes: Mapping[str, str | float], rests_on: Sequence[str], output: Path | None
 ) -> str:
-    """Return the text of a description with new values, for a file somewhere else; it keeps its line ends."""
+    """Return the text of a description with new values, for a file somewhere else; lines keep their ends."""
     with path.open(encoding="utf-8", newline="") as file:
-        ends_in_crlf = file.readline().endswith(CRLF)
+        as_it_is = file.read()
     text = edit_values(path.read_text(encoding="utf-8"), changes, preset)
     text = edit_names(text, KEYS, lambda name: _seen_from(output, path, name))
-    text = add_items(text, "fitted", rests_on)
-    return text.replace("\n", CRLF) if ends_in_crlf else text
+    return with_line_ends_of(as_it_is, add_items(text, "fitted", rests_on))
 
 
 def _seen_from(output: Path | None, description: Path, name: str) -> str:
