@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -54,6 +55,57 @@ def test_hits_give_the_modes_put_in_without_an_option() -> None:
     assert any("2000 samples without a window" in line for line in source.remarks)
     assert not any("is left at the end" in line for line in source.remarks)
     assert judge_halves(source, REQUEST, Averaging()) is None
+
+
+def in_one(runs: Sequence[Records]) -> Records:
+    """Return runs one after the other, their hits equally hard."""
+
+    def joined(kind: str, name: str) -> np.ndarray:
+        """Return a channel of all runs."""
+        return np.concatenate([getattr(run, kind)[name] / run.inputs["hammer"].max() for run in runs])
+
+    outputs = {name: joined("outputs", name) for name in runs[0].outputs}
+    return replace(runs[0], inputs={"hammer": joined("inputs", "hammer")}, outputs=outputs)
+
+
+def test_even_hits_in_one_record_give_the_modes_that_they_give_apart() -> None:
+    """Four hits in a row are a comb, whose lines between had no input: no mode stood out of the noise."""
+    runs = [hit(seed, 10.0) for seed in range(4)]
+    apart, together = (
+        identify(of_records(of, Averaging()), REQUEST).found.fit for of in (runs, [in_one(runs)])
+    )
+    assert apart is not None and together is not None
+    assert together.model.f_hz == pytest.approx(apart.model.f_hz, rel=1e-4)
+    assert together.model.zeta == pytest.approx(apart.model.zeta, rel=0.01)
+
+
+def test_a_record_is_cut_at_hits_before_which_all_is_at_rest() -> None:
+    runs = [hit(seed, 10.0) for seed in range(3)]
+    cut = cut_of([in_one(runs)], Averaging())
+    assert [int(run.inputs["hammer"].argmax()) for run in cut.runs] == [21, 21, 21]
+    assert (
+        cut.settings.block == cut.used == 2000 and "1 run(s) are cut at their hits into 3" in cut.remarks[-1]
+    )
+    bounced = {"hammer": runs[0].inputs["hammer"] + 0.5 * np.roll(runs[0].inputs["hammer"], 30)}
+    whole = [replace(runs[0], inputs=bounced)]
+    for kept, averaging in ((runs, Averaging()), (whole, Averaging()), ([in_one(runs)], Averaging(0.5))):
+        cut = cut_of(kept, averaging)
+        assert list(cut.runs or kept) == kept and not any("at their hits" in line for line in cut.remarks)
+
+
+def test_hits_of_two_hammers_in_one_record_are_two_runs() -> None:
+    """One run without a window could not part two inputs."""
+    run = in_one([hit(0, 10.0), hit(1, 10.0)])
+    first = np.arange(run.inputs["hammer"].size) < 2000
+    both = {name: run.inputs["hammer"] * at for name, at in (("one", first), ("two", ~first))}
+    assert len(cut_of([replace(run, inputs=both)], Averaging()).runs) == 2
+
+
+def test_hits_that_cannot_be_told_apart_are_told() -> None:
+    ringing, close = in_one([hit(0, 2.0), hit(1, 2.0)]), in_one([hit(0, 1.5), hit(1, 1.5)])
+    for run, why in ((ringing, "still moving 384 samples after a hit: a, b"), (close, "fewer than 384")):
+        cut = cut_of([run], Averaging())
+        assert why in cut.remarks[-1] and cut.settings.block == run.inputs["hammer"].size
 
 
 def test_a_window_over_hits_is_warned_of_and_its_fit_does_not_pass() -> None:

@@ -12,8 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexarm_bringup.identify.hits import are_hits, rung_down, told_of_hits
+from flexarm_bringup.identify.hits_apart import hits_apart
 from flexarm_bringup.identify.measurement import Records
-from flexarm_bringup.identify.record_checks import refuse_unusable
+from flexarm_bringup.identify.record_checks import LEAST_BLOCK, refuse_unusable
 from flexarm_bringup.identify.sweeps import moving_at_end, swept_band
 from flexarm_bringup.identify.unlike_inputs import told_of_unlike
 from flexarm_model.identification.spectra import BY_INSTRUMENT, SpectrumSettings
@@ -54,12 +55,14 @@ class Cut:
         remarks: What the reader should know of it.
         used: Samples at the begin of every run that count; None for all. What follows a hit is noise.
         band_hz: Through which the inputs pass [Hz]; None where they do not pass through one.
+        runs: What is cut into blocks where that is not the runs as they came: their hits apart.
     """
 
     settings: SpectrumSettings
     remarks: tuple[str, ...] = ()
     used: int | None = None
     band_hz: tuple[float, float] | None = None
+    runs: tuple[Records, ...] = ()
 
 
 def cut_of(records: Sequence[Records], averaging: Averaging) -> Cut:
@@ -87,10 +90,17 @@ def _cut_of_hits(records: Sequence[Records], averaging: Averaging, estimator: st
     if window not in ("", BOXCAR):
         settings = _in_blocks(records, averaging, estimator)
         return Cut(settings, tuple(told_of_hits(records, window, settings.block)))
-    block = round(records[0].rate_hz / wanted) if wanted else _block_of_hits(records)
-    refuse_unusable(records, block)
-    told = tuple(told_of_hits(records, window, block))
-    return Cut(SpectrumSettings(block, 0.0, BOXCAR, estimator), told, None if wanted else block)
+    if wanted:
+        block = round(records[0].rate_hz / wanted)
+        refuse_unusable(records, block)
+        return Cut(
+            SpectrumSettings(block, 0.0, BOXCAR, estimator), tuple(told_of_hits(records, window, block))
+        )
+    refuse_unusable(records, LEAST_BLOCK)
+    runs, told_apart = hits_apart(records)
+    block = _block_of_hits(runs)
+    told = (*told_of_hits(runs, window, block), *filter(None, [told_apart]))
+    return Cut(SpectrumSettings(block, 0.0, BOXCAR, estimator), told, block, runs=tuple(runs))
 
 
 def _cut_of_sweeps(

@@ -183,13 +183,14 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
     try:
         cut = cut_of(records, averaging)
         settings, estimator = cut.settings, cut.settings.estimator
+        runs = cut.runs or records
         first = replace(first, band_hz=first.band_hz or cut.band_hz)
         blocks = block_spectra(
-            [np.column_stack(list(run.inputs.values()))[: cut.used] for run in records],
-            [np.column_stack(list(run.outputs.values()))[: cut.used] for run in records],
+            [np.column_stack(list(run.inputs.values()))[: cut.used] for run in runs],
+            [np.column_stack(list(run.outputs.values()))[: cut.used] for run in runs],
             first.rate_hz,
             settings,
-            [r[: cut.used] for r in _instruments(records)],
+            [r[: cut.used] for r in _instruments(runs)],
         )
         responses = _responses(blocks.frf(estimator, first.kind), first)
     except ValueError as error:
