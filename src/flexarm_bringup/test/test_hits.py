@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -106,6 +106,24 @@ def test_hits_that_cannot_be_told_apart_are_told() -> None:
     for run, why in ((ringing, "still moving 384 samples after a hit: a, b"), (close, "fewer than 384")):
         cut = cut_of([run], Averaging())
         assert why in cut.remarks[-1] and cut.settings.block == run.inputs["hammer"].size
+
+
+def test_lines_without_input_between_hits_that_still_ring_do_not_count() -> None:
+    """Responses there are noise divided by nothing: hits in a row ended in an error of the fit."""
+    one = hit(0, 20.0)
+
+    def again(signals: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return what four hits a few seconds apart give."""
+        return {name: sum(np.roll(x, 450 * k) for k in range(4)) for name, x in signals.items()}
+
+    source = of_records([replace(one, inputs=again(one.inputs), outputs=again(one.outputs))], Averaging())
+    fits = [identify(each, REQUEST).found.fit for each in (of_records([one], Averaging()), source)]
+    assert fits[0] is not None and fits[1] is not None
+    assert fits[1].model.f_hz == pytest.approx(fits[0].model.f_hz, rel=1e-4)
+    assert fits[1].model.zeta == pytest.approx(fits[0].model.zeta, rel=0.01)
+    assert "lines with hardly any input do not count: still moving" in source.remarks[-1]
+    driven = np.isfinite(source.responses.coherence["a", "hammer"])
+    assert 0.3 < np.mean(driven) < 0.7
 
 
 def test_a_window_over_hits_is_warned_of_and_its_fit_does_not_pass() -> None:

@@ -56,6 +56,7 @@ class Cut:
         used: Samples at the begin of every run that count; None for all. What follows a hit is noise.
         band_hz: Through which the inputs pass [Hz]; None where they do not pass through one.
         runs: What is cut into blocks where that is not the runs as they came: their hits apart.
+        reach: Lines among which one is driven by all hits of a record; 0 where every line counts.
     """
 
     settings: SpectrumSettings
@@ -63,6 +64,7 @@ class Cut:
     used: int | None = None
     band_hz: tuple[float, float] | None = None
     runs: tuple[Records, ...] = ()
+    reach: int = 0
 
 
 def cut_of(records: Sequence[Records], averaging: Averaging) -> Cut:
@@ -97,10 +99,11 @@ def _cut_of_hits(records: Sequence[Records], averaging: Averaging, estimator: st
             SpectrumSettings(block, 0.0, BOXCAR, estimator), tuple(told_of_hits(records, window, block))
         )
     refuse_unusable(records, LEAST_BLOCK)
-    runs, told_apart = hits_apart(records)
-    block = _block_of_hits(runs)
-    told = (*told_of_hits(runs, window, block), *filter(None, [told_apart]))
-    return Cut(SpectrumSettings(block, 0.0, BOXCAR, estimator), told, block, runs=tuple(runs))
+    apart = hits_apart(records)
+    block = _block_of_hits(apart.runs)
+    reach = -(-block // apart.between) if apart.between else 0
+    told = (*told_of_hits(apart.runs, window, block), *filter(None, [apart.told]))
+    return Cut(SpectrumSettings(block, 0.0, BOXCAR, estimator), told, block, None, tuple(apart.runs), reach)
 
 
 def _cut_of_sweeps(

@@ -7,7 +7,7 @@ lies between answers to nothing. Apart they drive every line, and are averages o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,31 +22,48 @@ BOUNCE = 0.1  # of the longest time between hits, within which a second one is p
 LEAD = 0.01  # of the shortest, by which a part begins before its hit
 
 
-def hits_apart(records: Sequence[Records]) -> tuple[list[Records], str]:
-    """Return runs cut at their hits where all is at rest before each, and what is to be told of that.
+@dataclass(frozen=True)
+class HitsApart:
+    """Runs of hits, one hit each where they can be cut so.
+
+    Attributes:
+        runs: What is to be taken whole.
+        told: What the reader should know of it; empty where no run has several hits.
+        between: Samples between hits that are not apart; 0 where every run has one.
+    """
+
+    runs: list[Records]
+    told: str = ""
+    between: int = 0
+
+
+def hits_apart(records: Sequence[Records]) -> HitsApart:
+    """Return runs cut at their hits where all is at rest before each.
 
     Args:
         records: Runs whose inputs are hits, samples finite.
     """
     starts = _starts(records)
     if all(len(of_run) < 2 for of_run in starts):
-        return list(records), ""
+        return HitsApart(list(records))
     apart = [
         _part(run, begin, end)
         for run, of_run in zip(records, starts, strict=True)
         for begin, end in zip(of_run, (*of_run[1:], None), strict=True)
     ]
-    shortest = min(y.size for part in apart for y in part.outputs.values())
+    shortest = min(_length(part) for part in apart)
     if shortest < PARTS * LEAST_SAMPLES:
         why = f"they are {shortest} samples apart, fewer than {PARTS * LEAST_SAMPLES}"
     elif moving := moving_at_end(apart, (0.0, apart[0].rate_hz), shortest):
         why = f"still moving {shortest} samples after a hit: {', '.join(moving)}"
     else:
-        return apart, f"{len(records)} run(s) are cut at their hits into {len(apart)}, each begins at rest"
-    return list(records), (
-        f"several hits in a record taken whole, of which some lines have hardly any input: {why}; "
+        told = f"{len(records)} run(s) are cut at their hits into {len(apart)}, each begins at rest"
+        return HitsApart(apart, told)
+    told = (
+        f"several hits in a record taken whole, of which lines with hardly any input do not count: {why}; "
         "hit again when all is at rest, and record on after the last one"
     )
+    return HitsApart(list(records), told, shortest)
 
 
 def _starts(records: Sequence[Records]) -> list[list[int]]:

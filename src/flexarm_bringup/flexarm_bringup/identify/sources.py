@@ -16,13 +16,10 @@ from flexarm_bringup.identify.record_checks import in_order_of, without_outputs
 from flexarm_bringup.identify.set_ups import check_scale
 from flexarm_bringup.identify.table_source import READERS, read_table
 from flexarm_bringup.identify.uff_source import read_uff
+from flexarm_bringup.identify.undriven_lines import undriven_lines, without_lines
 from flexarm_model.identification.bootstrap import FEWEST_BLOCKS
 from flexarm_model.identification.doubles import main_lobe
-from flexarm_model.identification.spectra import (
-    BY_INSTRUMENT,
-    MeasuredFrf,
-    block_spectra,
-)
+from flexarm_model.identification.spectra import BY_INSTRUMENT, MeasuredFrf, block_spectra
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.frf import KINDS
 
@@ -192,7 +189,9 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
             settings,
             [r[: cut.used] for r in _instruments(runs)],
         )
-        responses = _responses(blocks.frf(estimator, first.kind), first)
+        undriven = undriven_lines(blocks, cut.reach)
+        measured = without_lines(blocks.frf(estimator, first.kind), undriven)
+        responses = _responses(measured, first)
     except ValueError as error:
         raise SourceError(str(error)) from error
     count = len(blocks.spectra)
@@ -201,7 +200,8 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
         """Draw blocks with repetition."""
         for _ in range(DRAWS_TRIED):  # few blocks drawn with repetition may hold too few inputs
             try:
-                return _responses(blocks.frf(estimator, first.kind, rng.integers(count, size=count)), first)
+                drawn = blocks.frf(estimator, first.kind, rng.integers(count, size=count))
+                return _responses(without_lines(drawn, undriven), first)
             except ValueError:
                 continue
         return responses
