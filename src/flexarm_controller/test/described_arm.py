@@ -19,6 +19,7 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
+SETTLING = 30  # steps of Newton's method
 ALMOST = 0.02  # of the limit: between poses inertia is so far from the truth; of 20 goals the worst is 0.001
 
 
@@ -50,6 +51,25 @@ class Arm:
             D = model.D[: v.size, : v.size]
             asked.append(known.holding + np.array(known.inertia) @ a + D @ v + turning)
         return np.array(asked)
+
+    def shapes(self, theta, theta_dot, theta_ddot):
+        """Return the coordinates at rest, and bent by what a motion asks without vibration, (n_q,) each.
+
+        What no motor holds is at rest under all forces, products of deflections included, of which the loads
+        of a pose are the first order. Of an arm without loops.
+        """
+        tree, model = self.tree, linearize(self.tree, theta)
+        T, free = model.Phi[:, : theta.size], np.delete(np.arange(tree.n_q), tree.actuated)
+        found = []
+        for rates, accelerations in ((0.0 * theta, 0.0 * theta), (theta_dot, theta_ddot)):
+            q = model.q0.copy()
+            for _ in range(SETTLING):
+                force = np.array(tree.functions["bias"](q, T @ rates)).ravel()
+                force = force + tree.mass_matrix(q) @ (T @ accelerations)
+                K = np.array(tree.functions["stiffness"](q))[np.ix_(free, free)]
+                q[free] -= np.linalg.solve(K, force[free])
+            found.append(q)
+        return found
 
     def peak(self, motion, count):
         t = np.linspace(motion.t[0], motion.t[-1], count + 2)[1:-1]

@@ -29,11 +29,12 @@ def turning_loads(tree: ReducedTree, model: ReducedModel) -> Array:
         tree: The dynamics.
         model: What is served of it at the pose.
     """
-    return turning_at(tree, model.q0, model.Phi[:, : model.n_theta], tree.mass_matrix(model.q0))
+    T = model.Phi[:, : model.n_theta]
+    return np.asarray(T.T @ turning_forces(tree, model.q0, T, tree.mass_matrix(model.q0)))
 
 
-def turning_at(tree: ReducedTree, q: Array, T: Array, M: Array) -> Array:
-    """Return the same at coordinates at rest.
+def turning_forces(tree: ReducedTree, q: Array, T: Array, M: Array) -> Array:
+    """Return the forces of which C is made on all coordinates at rest, (n_q, n (n + 1) / 2).
 
     Args:
         tree: The dynamics.
@@ -44,12 +45,10 @@ def turning_at(tree: ReducedTree, q: Array, T: Array, M: Array) -> Array:
     at_rest, n = _bias(tree, q, np.zeros(tree.n_q)), T.shape[1]
 
     def load(v: Array) -> Array:
-        """Return the torque that constant velocities take beyond rest and friction, (n,)."""
+        """Return what constant velocities take beyond rest and friction, (n_q,)."""
         rates = T @ v
         force = _bias(tree, q, rates) - at_rest - tree.D @ rates
-        if tree.n_c:
-            force = force + M @ _closing(tree, q, rates)
-        return np.asarray(T.T @ force)
+        return force + M @ _closing(tree, q, rates) if tree.n_c else force
 
     one = np.eye(n)
     alone = [load(v) for v in one]

@@ -19,6 +19,7 @@ from flexarm_controller.motion.pose_load import PoseLoad, pose_load
 from flexarm_controller.motion.way import SPACING, Way, pieces
 from flexarm_model.motion.trajectory import Trajectory
 from flexarm_model.served.linearize import PoseError
+from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 from flexarm_model.tree.sensors import output_names
@@ -90,6 +91,10 @@ class ArmLoads:
         with suppress(PoseError, ClosureError):
             return pose_load(self._tree, pose, [])
         return None
+
+    def modes_of(self, model: ReducedModel) -> Array:
+        """Return what the modes of a model are in the coordinates of the arm, (n_eta, n_q)."""
+        return np.asarray(model.Phi[:, model.n_theta :].T @ self._tree.mass_matrix(model.q0))
 
     def _path(self, trajectory: Trajectory, spacing: float) -> tuple[Path, NDArray[np.intp]]:
         """Return the way of a trajectory, and which of its points are ``spacing`` apart."""

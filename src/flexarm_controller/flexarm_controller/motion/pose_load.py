@@ -3,9 +3,12 @@
 The axes are held at the pose and the rest settles; what bends follows the axes statically, loops closed::
 
     q' = T theta'     T = N_t - Z (Z' K Z)^-1 Z' K N_t       rest = T' f(q)
-    tau = rest + T' D T theta' + T' M T theta'' + sum turning_jk theta_j' theta_k'
+    F = [D T  M T  turning forces]    per theta', theta'' and products of two velocities
+    tau = rest + T' F [theta'; theta''; theta_j' theta_k']
+    q = q_rest - Z (Z' K Z)^-1 Z' F [theta'; theta''; theta_j' theta_k']
 
-It is what `linearize` and `build_equilibrium` say there, but for the modes, which cost more than all of it.
+It is what `linearize` and `build_equilibrium` say there, but for the modes, which cost more than all of it,
+and for the products, of which a linear model knows nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from flexarm_controller.guarding.turning_loads import turning_at
+from flexarm_controller.guarding.turning_loads import turning_forces
 from flexarm_model.served.linearize import constraint_stiffness, find_equilibrium
 from flexarm_model.tree.reduced_tree import ReducedTree
 
@@ -35,6 +38,8 @@ class PoseLoad:
         rest: Standing still there [N m, N; 1], (n_rows,).
         K, D, J: Per position, velocity and acceleration, (n_rows, n_theta).
         turning: Per product of two velocities, in the order of `turning_loads`, (n_rows, n (n + 1) / 2).
+        bent: How far the arm's coordinates are from rest, per velocity, acceleration and product of two
+            velocities, (n_q, 2 n_theta + n (n + 1) / 2).
     """
 
     pose: Array
@@ -43,6 +48,7 @@ class PoseLoad:
     D: Array
     J: Array
     turning: Array
+    bent: Array
 
 
 def pose_load(tree: ReducedTree, pose: Array, gauges: Sequence[int]) -> PoseLoad:
@@ -62,16 +68,15 @@ def pose_load(tree: ReducedTree, pose: Array, gauges: Sequence[int]) -> PoseLoad
     N_t, Z = N[:, :n], N[:, n:]
     ZK = Z.T @ K
     T = N_t - Z @ np.linalg.solve(ZK @ Z, ZK @ N_t)
-    rows = [T.T @ f], [T.T @ K @ T], [T.T @ tree.D @ T], [T.T @ M @ T]
+    forces = np.hstack([tree.D @ T, M @ T, turning_forces(tree, q, T, M)])
+    bent = -Z @ np.linalg.solve(ZK @ Z, Z.T @ forces)
+    rest, K_t, moving = [T.T @ f], [T.T @ K @ T], [T.T @ forces]
     if gauges:
-        bent = -Z @ np.linalg.solve(ZK @ Z, Z.T @ np.hstack([tree.D @ T, M @ T]))
         y0, C_pos, C_vel, _ = (np.array(part)[list(gauges)] for part in tree.functions["output_rows"](q))
-        strains = y0.ravel(), C_pos @ T, C_vel @ T + C_pos @ bent[:, :n], C_pos @ bent[:, n:]
-        for row, strain in zip(rows, strains, strict=True):
-            row.append(strain)
-    turning = turning_at(tree, q, T, M)
-    rest, K_t, D_t, J = (np.concatenate(row) for row in rows)
-    return PoseLoad(pose, rest, K_t, D_t, J, np.pad(turning, ((0, len(gauges)), (0, 0))))
+        rest, K_t, moving = [*rest, y0.ravel()], [*K_t, C_pos @ T], [*moving, C_pos @ bent]
+        moving[1][:, :n] += C_vel @ T
+    D_t, J, turning = np.split(np.concatenate(moving), [n, 2 * n], axis=1)
+    return PoseLoad(pose, np.concatenate(rest), np.concatenate(K_t), D_t, J, turning, bent)
 
 
 def _settled(tree: ReducedTree, pose: Array) -> tuple[Array, Array, Array]:

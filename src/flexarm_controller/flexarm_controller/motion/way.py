@@ -44,8 +44,8 @@ class Way:
         """Keep loads at one pose or more, in order; ``size`` (n_theta,) brings axes to angles [1, rad/m]."""
         self._loads, self._size = tuple(loads), size
         loads = loads if len(loads) > 1 else [*loads, *loads]
-        parts = ("pose", "rest", "K", "D", "J", "turning")
-        self.poses, self._rest, self.K, self.D, self.J, self._turning = (
+        parts = ("pose", "rest", "K", "D", "J", "turning", "bent")
+        self.poses, self._rest, self.K, self.D, self.J, self._turning, self._bent = (
             np.array([getattr(load, part) for load in loads]) for part in parts
         )
         self._chords = np.diff(self.poses, axis=0)
@@ -55,7 +55,9 @@ class Way:
         """Return the way with rows' inertia times ``weights``; rows after them are left out."""
         n = weights.size
         loads = [
-            PoseLoad(at.pose, at.rest[:n], at.K[:n], at.D[:n], at.J[:n] * weights[:, None], at.turning[:n])
+            PoseLoad(
+                at.pose, at.rest[:n], at.K[:n], at.D[:n], at.J[:n] * weights[:, None], at.turning[:n], at.bent
+            )
             for at in self._loads
         ]
         return Way(loads, self._size)
@@ -96,10 +98,12 @@ class Way:
 
     def turning(self, theta: Array, theta_dot: Array) -> Array:
         """Return what products of velocities take, (k, n_rows)."""
-        first, second = np.triu_indices(theta_dot.shape[1])
-        return _times(
-            self._between(self._turning, self._place(theta)), theta_dot[:, first] * theta_dot[:, second]
-        )
+        return _times(self._between(self._turning, self._place(theta)), _products(theta_dot))
+
+    def bending(self, rows: Array, theta: Array, theta_dot: Array, theta_ddot: Array) -> Array:
+        """Return how far the arm is bent from rest, (k, r), by ``rows`` per coordinate of it, (r, n_q)."""
+        motion = np.hstack([theta_dot, theta_ddot, _products(theta_dot)])
+        return _times(self._between(rows @ self._bent, self._place(theta)), motion)
 
     def cubics(self, trajectory: Trajectory) -> tuple[Trajectory, tuple[Array, ...]]:
         """Return the same motion in pieces, and the torque of these as cubics, (k - 1, n_rows) each."""
@@ -154,6 +158,12 @@ def pieces(trajectory: Trajectory, size: Array, longest: float) -> Array:
     index = np.repeat(np.arange(h.size), count)
     part = np.arange(index.size) - np.repeat(np.cumsum(count) - count, count)
     return np.append(t[index] + h[index] * part / count[index], trajectory.t[-1])
+
+
+def _products(theta_dot: Array) -> Array:
+    """Return the products of two velocities, (k, n (n + 1) / 2), in the order of `turning_loads`."""
+    first, second = np.triu_indices(theta_dot.shape[1])
+    return np.asarray(theta_dot[:, first] * theta_dot[:, second])
 
 
 def _times(matrices: Array, vectors: Array) -> Array:
