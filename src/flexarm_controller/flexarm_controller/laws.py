@@ -135,7 +135,7 @@ class LawInputs:
         """Return what a model does not know of the torque along a reference, where that is wanted."""
         if self.ahead is None:
             return None
-        return TorqueBeyond(model, self.ahead, self.limits.effort, self.mpc, self.config.period)
+        return TorqueBeyond(model, self.ahead, self.limits, self.mpc, self.config.period)
 
     def stage_of(self, model: ReducedModel) -> Stage:
         """Return what the program takes from a model; that of the newest is kept for its other laws."""

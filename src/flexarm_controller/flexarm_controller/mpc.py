@@ -106,15 +106,16 @@ class Mpc:
         beyond = None if self._beyond is None else self._beyond.look(reference, state.t)
         if beyond is None:
             return self._step(state, reference, sent, None)
-        return _without(self._step(state, reference, sent + beyond.sent, beyond.rows), beyond)
+        vibrating = replace(state, eta=state.eta - beyond.bends[0])
+        return _without(self._step(vibrating, reference, sent + beyond.sent, beyond.rows), beyond)
 
     def _step(self, state: ArmState, reference: Reference, sent: Array, moved: Array | None) -> Plan:
-        """Plan; the rows of torques and rates are ``moved`` by so much, (2 n_v,), where they are."""
+        """Plan; the rows are ``moved`` by so much where they are, see ``Beyond``."""
         gradient, added = self._preview.look(reference, state.t + self.lead)
         began = time.thread_time()
         if moved is not None:
             n_v, added = self.problem.n_v, added.copy()
-            added[n_v : n_v + moved.size] -= moved
+            added[n_v:] -= moved[: added.size - n_v]  # rows that differ by their slacks alone count once
         v, margin = self._interior.look(self._measured(state, sent), added)
         if margin < 0.0:
             return self.solve(self._solver, self._program(gradient, moved), self.known_now(state, sent))
@@ -195,14 +196,18 @@ class Mpc:
 
 
 def _without(plan: Plan, beyond: Beyond) -> Plan:
-    """Return the plan without the torque of which the arm needs the opposite."""
+    """Return the plan of the arm itself: without the torque of which it needs the opposite, and bent."""
     if plan.local is None:
         return plan
-    local = partial(_law_without, plan.local, beyond.planned[0])
+    local = partial(_law_without, plan.local, beyond)
     return plan._replace(torques=plan.torques - beyond.planned, local=local)
 
 
-def _law_without(made: Callable[[], LocalLaw], torque: Array) -> LocalLaw:
-    """Return a law less a torque, (n_u,)."""
-    law = made()
-    return replace(law, tau=law.tau - torque)
+def _law_without(made: Callable[[], LocalLaw], beyond: Beyond) -> LocalLaw:
+    """Return the law about the arm itself."""
+    law, (_, begin, end) = made(), beyond.bends
+    first = law.tau.size
+    x, x_next = law.x.copy(), law.x_next.copy()
+    x[first : first + begin.size] += begin
+    x_next[first : first + end.size] += end
+    return replace(law, x=x, x_next=x_next, tau=law.tau - beyond.planned[0])

@@ -27,15 +27,24 @@ ARMS = {
     "one axis": (single_link(), limits_of_hub(effort=60.0)),
     "two axes": (two_axes(), two_axis_limits(effort=(80.0, 60.0))),
 }
+TIGHT = {"one axis": 0.05, "two axes": 0.004}  # of the limit of strain, about what is said at rest
 
 
-def told_of(w, model, limits, config):
-    """Return what tells the torque ``w(t)`` [N m], (n_u,), as ``TorqueBeyond`` does."""
-    told = object.__new__(TorqueBeyond)
-    TorqueBeyond.__init__(told, model, ArmAhead(SimpleNamespace()), limits.effort, config, DT)
-    grid = told._grid
-    times = grid.first + DT * np.arange(grid.kept + grid.horizon)
-    told.look = lambda reference, t: told._window(np.array([w(t + s) for s in times]))
+def told_of(w, model, limits, config, bend=None):
+    """Return what tells ``w(t)`` [N m], (n_u,), and ``bend(t)``, (n_eta,), as ``TorqueBeyond`` does."""
+    told, none, unbent = object.__new__(TorqueBeyond), np.zeros(model.n_theta), np.zeros(model.n_eta)
+    loads = SimpleNamespace(modes_of=lambda model: np.zeros((0, 0)))
+    TorqueBeyond.__init__(told, model, ArmAhead(loads), limits, config, DT)
+    grid, w, bend = told._grid, w or (lambda t: none), bend or (lambda t: unbent)
+    first = grid.lead + DT * np.arange(grid.horizon + 1)
+    middle = grid.lead + DT * (np.arange(grid.kept + grid.horizon) - grid.kept + 0.5)
+
+    def look(reference, t):
+        return told._window(
+            np.array([w(t + s) for s in middle]), bend(t), np.array([bend(t + s) for s in first])
+        )
+
+    told.look = look
     return told
 
 
@@ -62,9 +71,9 @@ def bending():
 
 @pytest.mark.parametrize("change", DELAYS)
 def test_it_is_what_the_arm_itself_asks_less_than_its_served_model_says(bending, change):
-    config, effort = MpcConfig(time_limit=0.0, **change), bending.limits.effort
+    config = MpcConfig(time_limit=0.0, **change)
     ahead = ArmAhead(bending.loads)
-    told = TorqueBeyond(bending.model, ahead, effort, config, DT)
+    told = TorqueBeyond(bending.model, ahead, bending.limits, config, DT)
     home = np.array(bending.config.home)
     asked = there_and_back(home, home + np.array([0.9, -0.6, 0.8]))
     kept, t = torques_kept(config, DT), 0.3
@@ -82,16 +91,42 @@ def test_it_is_what_the_arm_itself_asks_less_than_its_served_model_says(bending,
     np.testing.assert_allclose(w[::7] / scale, (model - arm) / scale, atol=2e-3)
 
 
+@pytest.mark.parametrize("change", DELAYS)
+def test_the_arm_is_bent_by_what_its_motion_asks_less_what_its_served_model_says(bending, change):
+    """A law that damps took it for vibration: ends of fast goals were twice as far off."""
+    config, ahead = MpcConfig(time_limit=0.0, **change), ArmAhead(bending.loads)
+    told = TorqueBeyond(bending.model, ahead, bending.limits, config, DT)
+    home = np.array(bending.config.home)
+    asked = there_and_back(home, home + np.array([0.9, -0.6, 0.8]))
+    look_along(ahead, asked)
+    lead, n = Mpc(bending.model, bending.limits, config, DT).lead, 3
+    X = build_equilibrium(bending.model).X[n : bending.model.n, n:]
+    found, wanted, whole = [], [], []
+    for t in (0.2, 0.3, 0.85):
+        for instant, bend in zip((t, t + lead, t + lead + DT), told.look(asked, t).bends, strict=True):
+            sample = [part[0] for part in asked.sample(np.array([instant]))]
+            rest, bent = bending.shapes(*sample)
+            whole.append(bending.loads.modes_of(bending.model) @ (bent - rest))
+            found.append(bend)
+            wanted.append(whole[-1] - X @ np.concatenate(sample[1:]))
+    scale = abs(np.array(whole)).max(axis=0)
+    beyond = abs(np.array(wanted)).max(axis=0) / scale
+    print(f"\nbeyond the model: {beyond} of what the motion bends")
+    assert beyond.max() > 0.3
+    np.testing.assert_allclose(found / scale, wanted / scale, atol=0.03)
+
+
 def test_at_rest_it_is_nothing_wherever_and_of_some_arms_always(bending):
     """What the loads on a way are off by left the axes 3 to 7 mrad beside their goals for good."""
     config, ahead = MpcConfig(time_limit=0.0), ArmAhead(bending.loads)
-    told, home = TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT), bending.config.home
+    told, home = TorqueBeyond(bending.model, ahead, bending.limits, config, DT), bending.config.home
     goal = np.array(home) + np.array([0.9, -0.6, 0.8])
     look_along(ahead, there_and_back(np.array(home), goal))
     found = told.look(hold(goal + 0.1), 2.0)
     assert not np.vstack([found.sent, found.planned]).any() and not found.rows.any()
+    assert not found.bends.any()
     link = Arm("single_link")
-    told = TorqueBeyond(link.model, ArmAhead(link.loads), link.limits.effort, config, DT)
+    told = TorqueBeyond(link.model, ArmAhead(link.loads), link.limits, config, DT)
     asked = there_and_back(np.zeros(1), np.ones(1))
     look_along(told._ahead, asked)
     assert told.look(asked, 0.2) is None
@@ -104,7 +139,7 @@ def test_loads_are_made_between_steps_one_by_one_and_used_from_a_step_on_that_is
     first, made = [], []
     for between in (1, 0, 3):  # as on a rig, as without anybody who works ahead, and with two who do
         ahead = ArmAhead(bending.loads)
-        told = TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT)
+        told = TorqueBeyond(bending.model, ahead, bending.limits, config, DT)
         ahead.expect(way)
         found = []
         while not found or found[-1] is None:
@@ -123,7 +158,7 @@ def test_loads_are_made_between_steps_one_by_one_and_used_from_a_step_on_that_is
 
 def test_while_the_way_of_a_new_reference_is_looked_at_that_before_counts(bending):
     config, home, ahead = MpcConfig(time_limit=0.0), np.array(bending.config.home), ArmAhead(bending.loads)
-    told = TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT)
+    told = TorqueBeyond(bending.model, ahead, bending.limits, config, DT)
     way, other = there_and_back(home, home + 0.8), there_and_back(home + 0.8, home)
     look_along(ahead, way)
     before = told.look(way, 0.3)
@@ -135,7 +170,7 @@ def test_it_is_the_same_whenever_it_was_worked_out(bending):
     config, home, ahead = MpcConfig(time_limit=0.0), np.array(bending.config.home), ArmAhead(bending.loads)
     asked = there_and_back(home, home + 0.5)
     look_along(ahead, asked)
-    told, fresh = (TorqueBeyond(bending.model, ahead, bending.limits.effort, config, DT) for _ in range(2))
+    told, fresh = (TorqueBeyond(bending.model, ahead, bending.limits, config, DT) for _ in range(2))
     for k in (0, 1, 15, 16, 40, 39, 7):
         fresh._of = None
         for mine, other in zip(told.look(asked, k * DT), fresh.look(asked, k * DT), strict=True):
@@ -187,6 +222,39 @@ def test_an_arm_on_which_it_acts_moves_like_one_without():
     np.testing.assert_allclose(paths[1], paths[0], atol=1e-9)
 
 
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("change", DELAYS)
+def test_a_bend_that_stays_is_no_vibration_but_strains_a_gauge(arm, change):
+    """Torques, limits that bind, and the law about the state: all as if the gauges were off by it."""
+    (model, limits), config = ARMS[arm], MpcConfig(time_limit=0.0, **change)
+    limits = replace(limits, strain=TIGHT[arm] * limits.strain)
+    rng, n, active = np.random.default_rng(6), model.n_theta, set()
+    bend = 0.002 * rng.standard_normal(model.n_eta)
+    outputs = replace(model.outputs, y0=model.outputs.y0 + model.outputs.C_pos[:, n:] @ bend)
+    mine = Mpc(model, limits, config, DT, beyond=told_of(None, model, limits, config, lambda t: bend))
+    other, asked = Mpc(replace(model, outputs=outputs), limits, config, DT), hold(model.pose + 0.02)
+    for k in range(12):
+        x = 2e-4 * 3.0 ** (k % 6) * rng.standard_normal(2 * model.n)
+        x[:n] += model.pose
+        bent = x.copy()
+        bent[n : model.n] += bend
+        sent = 0.1 * rng.standard_normal((torques_kept(config, DT), n))
+        plans = [
+            mpc.step(state_of(state, model, k * DT), asked, sent) for mpc, state in ((mine, bent), (other, x))
+        ]
+        np.testing.assert_allclose(plans[0].torques, plans[1].torques, atol=2e-4)
+        assert plans[0].limits_active == plans[1].limits_active
+        laws = [plan.local() for plan in plans]
+        for part in ("x", "x_next"):
+            shifted = getattr(laws[1], part).copy()
+            shifted[n : model.n] += bend
+            np.testing.assert_allclose(getattr(laws[0], part), shifted, atol=1e-6)
+        for part in ("tau", "gain"):
+            np.testing.assert_allclose(getattr(laws[0], part), getattr(laws[1], part), atol=2e-3)
+        active.update(name.partition(":")[0] for name in plans[0].limits_active)
+    assert "strain" in active
+
+
 def test_laws_have_it_where_the_settings_want_it_and_somebody_knows_the_arm(bending):
     law, mpc = ControllerConfig(period=DT), MpcConfig(time_limit=0.0, arm_torque=True)
     home = np.array(bending.config.home)
@@ -225,7 +293,23 @@ def test_the_rows_of_torques_and_rates_move_by_it_at_the_begin_of_blocks():
     assert isinstance(found, Beyond)
     at = DT * (torques_kept(config, DT) + 0.5 + np.array([-1.0, 0.0, 1.0, 2.0]))
     np.testing.assert_allclose(found.rows[:6].reshape(3, 2), np.outer(at[1:], [1.0, 2.0]))
-    np.testing.assert_allclose(found.rows[6:].reshape(3, 2), np.outer(np.diff(at), [1.0, 2.0]))
+    np.testing.assert_allclose(found.rows[6:12].reshape(3, 2), np.outer(np.diff(at), [1.0, 2.0]))
+
+
+def test_the_rows_of_limited_outputs_move_by_the_bend_at_the_end_of_blocks():
+    model, limits = ARMS["two axes"]
+    config = MpcConfig(time_limit=0.0, horizon=5, blocks=(1, 1, 3))
+    told = told_of(None, model, limits, config, lambda t: np.array([t, 0.0, -t]))
+    upper, lower = np.split(told.look(hold(model.pose), 0.0).rows[12:], 2)
+    at = DT * (torques_kept(config, DT) + np.array([1.0, 2.0, 5.0]))
+    gauges = model.outputs.C_pos[:2, 2:] @ [1.0, 0.0, -1.0] / limits.strain
+    names = Mpc(model, limits, config, DT).problem.stage.soft.names
+    strained = [name.startswith("strain") for name in names]
+    np.testing.assert_allclose(
+        upper.reshape(3, -1)[:, strained], -np.outer(at, gauges) / (1 - config.strain_margin)
+    )
+    assert not upper.reshape(3, -1)[:, ~np.array(strained)].any()
+    np.testing.assert_array_equal(upper, lower)
 
 
 def test_malformed_states_never_raise_nor_leave_the_limits(bending):

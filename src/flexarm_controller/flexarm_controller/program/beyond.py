@@ -1,4 +1,4 @@
-"""Torque along the reference that the served model does not know of: products of velocities, another inertia.
+"""What the served model does not know of the reference: products of velocities, and another inertia.
 
 A filter that knows the arm's own motion takes what a linear model leaves out of it from the unmodelled torque
 ``d``, and then nobody predicts it. Along the reference it is known before the motion begins,
@@ -10,8 +10,12 @@ with U of ``equilibrium`` and the rest of ``Way``, the arm as described: it need
 of which w is taken off again. Limits of the torque and of its rate are those of u, so the rows of u' move by
 w. Between two instants of the grid w is held at what it is in the middle, as torques are held.
 
-What weight and springs ask is left to the served models: at rest w is zero, whatever it is made of, and the
-arm stands where it shall.
+The same forces bend the links, by ``b(t)`` farther than X of ``equilibrium`` says. That is no vibration: the
+program counts the modes from there, ``eta' = eta - b``, which move as the served model says where b changes
+slowly beside them, as X has it too. Limited gauges read the whole of it, so their rows move by ``-C b``.
+
+What weight and springs ask is left to the served models: at rest w and b are zero, whatever they are made
+of, and the arm stands where it shall.
 """
 
 from __future__ import annotations
@@ -22,12 +26,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.limits import Limits
 from flexarm_controller.motion.arm_loads import ArmLoads
 from flexarm_controller.motion.pose_load import PoseLoad
 from flexarm_controller.motion.way import Way
 from flexarm_controller.program.delay import split_delay, torques_kept
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.preview import SAME_INSTANT, WINDOWS
+from flexarm_controller.program.soft_outputs import build_soft_outputs
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.served.reduced_model import ReducedModel
@@ -38,16 +44,19 @@ BESIDE = 0.2  # rad from a way, of each axis: inertia changes by so little
 
 
 class Beyond(NamedTuple):
-    """The torque w of one step [N m] or [N].
+    """Torque w [N m] or [N] and bend b of one step.
 
     Attributes:
-        sent: In the periods of the torques sent, oldest first, (kept, n_u).
+        sent: w in the periods of the torques sent, oldest first, (kept, n_u).
         planned: In those of the horizon, (N, n_u).
-        rows: By how much the rows of torque and rate move, in units of the torques' limits, (2 n_v,).
+        bends: b of the state, and where the first torque planned begins and ends, (3, n_eta).
+        rows: By how much the rows move: of torques and rates, then of limited outputs with an upper and again
+            with a lower bound, in units of the limits, (2 n_v + 2 n_b n_s,).
     """
 
     sent: Array
     planned: Array
+    bends: Array
     rows: Array
 
 
@@ -74,6 +83,10 @@ class ArmAhead:
         if reference is not None and self._loads.changes:
             poses, _ = self._loads.poses_along(reference, FINE)
             self._left, self._steps = [*poses], len(poses)
+
+    def modes_of(self, model: ReducedModel) -> Array:
+        """Return what the modes of a model are in the coordinates of the arm, (n_eta, n_q)."""
+        return self._loads.modes_of(model)
 
     def work_ahead(self) -> None:
         """Make the loads of one pose."""
@@ -106,38 +119,42 @@ class _Grid:
 
     Attributes:
         kept, horizon: Torques sent, and planned.
-        begins: First period of every block, among the planned ones, (n_b,).
-        first: From the instant of a state to the middle of the first period [s].
+        begins, ends: First period of every block, and the one after its last, of those planned, (n_b,).
+        lead: From the instant of a state to the begin of the first period planned [s].
         dt: [s].
     """
 
     kept: int
     horizon: int
     begins: NDArray[np.intp]
-    first: float
+    ends: NDArray[np.intp]
+    lead: float
     dt: float
 
 
 class TorqueBeyond:
-    """What one model does not know of the torque along a reference."""
+    """What one model does not know of the torque along a reference, and of what it bends."""
 
     def __init__(
-        self, model: ReducedModel, ahead: ArmAhead, effort: Array, config: MpcConfig, dt: float
+        self, model: ReducedModel, ahead: ArmAhead, limits: Limits, config: MpcConfig, dt: float
     ) -> None:
         """Prepare for control period ``dt`` [s].
 
         Args:
             model: As described.
             ahead: The arm.
-            effort: Limit of every torque [N m] or [N], (n_u,).
+            limits: Of torques and outputs.
             config: Horizon, blocks, delay.
             dt: Control period [s].
         """
-        (whole, share), kept = split_delay(config, dt), torques_kept(config, dt)
-        begins: NDArray[np.intp] = np.cumsum([0, *config.blocks[:-1]], dtype=np.intp)
-        first = (whole + share - kept + 0.5) * dt
-        self._grid, self._effort = _Grid(kept, config.horizon, begins, first, dt), effort
-        self._U, self._ahead = build_equilibrium(model).U[:, effort.size :], ahead
+        (whole, share), n = split_delay(config, dt), model.n_theta
+        ends: NDArray[np.intp] = np.cumsum(config.blocks, dtype=np.intp)
+        lead, kept = (whole + share) * dt, torques_kept(config, dt)
+        self._grid = _Grid(kept, config.horizon, ends - config.blocks, ends, lead, dt)
+        rest, self._effort, self._ahead = build_equilibrium(model), limits.effort, ahead
+        self._U, self._X = rest.U[:, n:], rest.X[n : model.n, n:]
+        self._limited = build_soft_outputs(model, limits, config).C[:, n : model.n]
+        self._modes = ahead.modes_of(model)
         self._of: tuple[Reference, Way] | None = None
         self._start = 0.0
         self._windows: list[Beyond] = []
@@ -162,12 +179,17 @@ class TorqueBeyond:
 
     def _work_out(self, way: Way, reference: Reference, t: float) -> list[Beyond]:
         """Return it for this period and the next ones."""
-        grid = self._grid
-        count = grid.kept + grid.horizon
-        instants = t + grid.first + np.arange(count + WINDOWS - 1.0) * grid.dt
-        w = self._torque(way, reference.stacked(instants))
-        w.flags.writeable = False
-        return [self._window(w[k : k + count]) for k in range(WINDOWS)]
+        grid, dt = self._grid, self._grid.dt
+        count, begin = grid.kept + grid.horizon, t + grid.lead
+        middles = begin + (np.arange(count + WINDOWS - 1.0) - grid.kept + 0.5) * dt
+        w = self._torque(way, reference.stacked(middles))
+        instants = np.append(t + np.arange(WINDOWS) * dt, begin + np.arange(grid.horizon + WINDOWS) * dt)
+        measured, bends = np.split(self._bend(way, reference.stacked(instants)), [WINDOWS])
+        w.flags.writeable = bends.flags.writeable = False
+        return [
+            self._window(w[k : k + count], measured[k], bends[k : k + grid.horizon + 1])
+            for k in range(WINDOWS)
+        ]
 
     def _torque(self, way: Way, samples: Array) -> Array:
         """Return w at samples of a reference (k, 3 n_u), (k, n_u)."""
@@ -176,8 +198,17 @@ class TorqueBeyond:
         arm = way.viscous(theta, theta_dot) + way.turning(theta, theta_dot) + way.inertia(theta, theta_ddot)
         return np.asarray(samples[:, n:] @ self._U.T - arm[:, :n])
 
-    def _window(self, w: Array) -> Beyond:
-        sent, planned = w[: self._grid.kept], w[self._grid.kept :]
-        held = planned[self._grid.begins] / self._effort
+    def _bend(self, way: Way, samples: Array) -> Array:
+        """Return b at samples of a reference (k, 3 n_u), (k, n_eta)."""
+        bending = way.bending(self._modes, *np.split(samples, 3, axis=1))
+        return np.asarray(bending - samples[:, self._effort.size :] @ self._X.T)
+
+    def _window(self, w: Array, measured: Array, bends: Array) -> Beyond:
+        """Return one step's: w of its periods, b with its state and from its first torque on."""
+        grid = self._grid
+        sent, planned = w[: grid.kept], w[grid.kept :]
+        held = planned[grid.begins] / self._effort
         rates = np.diff(np.vstack([sent[-1] / self._effort, held]), axis=0)
-        return Beyond(sent, planned, np.concatenate([held.ravel(), rates.ravel()]))
+        limited = -(bends[grid.ends] @ self._limited.T).ravel()
+        rows = np.concatenate([held.ravel(), rates.ravel(), limited, limited])
+        return Beyond(sent, planned, np.stack([measured, *bends[:2]]), rows)

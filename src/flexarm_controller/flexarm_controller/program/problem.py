@@ -68,7 +68,7 @@ class Problem:
     ) -> tuple[Array, Array, Array]:
         """Return ``(q, l, u)`` for what is known now, (n_now,), and ``q_r r``, (n_z,).
 
-        The first rows, of torques and rates, are ``moved`` by so much where it is given, (2 n_v,).
+        The first rows, of torques, rates and limited outputs, are ``moved`` by so much where it is given.
         """
         both, n_z = self._per_now.dot(p_now), self.q_0.size
         shift = both[n_z:]
