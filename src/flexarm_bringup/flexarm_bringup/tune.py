@@ -8,9 +8,10 @@ likelihood is that of the innovations of the filter that the settings name, so n
 bag has it, the tip's error is told, too. "frequency_error" only acts through its product with
 "motion_acceleration" and is left alone.
 
-Samples that the estimator would refuse, outside their range say, are left out and counted. Frames count at
-the instant that "calibrate_latency" finds. Where a camera stamps later than the estimator takes it to, write
-its "stamp_delay" first: its noise would be told too large.
+Samples that the estimator would refuse, outside their range say, are left out and counted. A sensor that it
+puts out of use on the way counts all the same, and is named. Frames count at the instant that
+"calibrate_latency" finds. Where a camera stamps later than the estimator takes it to, write its "stamp_delay"
+first: its noise would be told too large.
 
 The exit code is 1, and nothing is proposed, when the held-out half became less likely, the tip's error
 larger, or a camera's stamps are not as late as told; 0 otherwise; 2 when the bag cannot be used.
@@ -28,8 +29,9 @@ from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
 from flexarm_bringup.consistency.bag_epochs import Epochs, read_epochs
+from flexarm_bringup.consistency.first_hearing import hear
 from flexarm_bringup.consistency.knobs import Noise
-from flexarm_bringup.consistency.late_stamps import delays_in_use, find_late_stamps
+from flexarm_bringup.consistency.late_stamps import delays_in_use
 from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
 from flexarm_bringup.consistency.settled import SETTLING, beginnings, is_settled
 from flexarm_bringup.consistency.smoothing import tip_error
@@ -55,8 +57,9 @@ def run(args: argparse.Namespace) -> int:
     try:
         progress.say("reading the bag")
         recording = open_recording(args.bag, arm_named(args))
-        progress.say("looking how late the cameras stamp")
-        late = find_late_stamps(recording)
+        progress.say("looking how late the cameras stamp, and who is at fault")
+        first = hear(recording)
+        late = first.late
         delays = delays_in_use(late, recording.settings.calibrate_latency)
         record = read_epochs(recording, delays)
         tuner = Tuner(record, ReducedTree(recording.config), recording.settings, SETTLING)
@@ -74,6 +77,7 @@ def run(args: argparse.Namespace) -> int:
     progress.done()
     stamps = [each.check(delays) for each in late]
     heard = [*record.remarks, *own_words(record.own), *(each.describe() for each in late if delays)]
+    heard += first.describe()
     page = build_page(args.bag, noise, tuned, choices, stamps, heard)
     return publish(resting_on(page, recording.config), args)
 

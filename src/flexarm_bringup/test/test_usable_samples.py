@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from flexarm_bringup.consistency import late_stamps
+from flexarm_bringup.consistency import first_hearing
 from flexarm_bringup.consistency.bag_epochs import read_epochs
 from flexarm_bringup.consistency.late_stamps import LateStamps, delays_in_use
 from flexarm_bringup.consistency.recording import open_recording
@@ -86,7 +86,8 @@ def test_a_camera_that_stamps_later_than_is_undone_is_told():
     assert late.describe() == "frames of camera count 30.0 ms before their stamp, as calibrated"
 
 
-def test_lateness_is_what_the_estimator_has_found_in_the_end(monkeypatch):
+def test_lateness_and_faults_are_what_the_estimator_finds_by_itself(monkeypatch):
+    """Who was put out of use counted without a word."""
     figures = {
         "camera": {
             "stamp delay in use [s]": 0.01,
@@ -95,13 +96,28 @@ def test_lateness_is_what_the_estimator_has_found_in_the_end(monkeypatch):
         },
         GAUGE.name: {},
     }
-    played = []
-    estimator = SimpleNamespace(figures=lambda: figures if len(played) == 2 else {})
-    monkeypatch.setattr(late_stamps, "EstimatorExchange", lambda *_: SimpleNamespace(estimator=estimator))
-    player = SimpleNamespace(play=lambda records: (played.append(each) for each in records))
-    monkeypatch.setattr(late_stamps, "Player", lambda *_: player)
+    statuses = ["ok", "faulty", "faulty", "ok"]
+    exchange = SimpleNamespace(estimator=SimpleNamespace(figures=lambda: figures), estimate=None)
+
+    def play(_):
+        """Give what is sent in four steps."""
+        for k, status in enumerate(statuses):
+            reports = [
+                SimpleNamespace(name=GAUGE.name, status=status, reason="frozen"),
+                SimpleNamespace(name="camera", status="ok", reason=""),
+            ]
+            exchange.estimate = SimpleNamespace(t=7.0 + k, sensors=reports)
+            yield None, SimpleNamespace(topic="modal_state")
+            yield None, SimpleNamespace(topic="end_effector")
+
+    monkeypatch.setattr(first_hearing, "EstimatorExchange", lambda *_: exchange)
+    monkeypatch.setattr(first_hearing, "Player", lambda *_: SimpleNamespace(play=play))
     recording = SimpleNamespace(
         config=SimpleNamespace(sensors=SPECS), settings=None, epoch_ns=0, lockstep=True,
-        bag=SimpleNamespace(records=("one", "two")),
+        bag=SimpleNamespace(records=()),
     )  # fmt: skip
-    assert late_stamps.find_late_stamps(recording) == [LateStamps("camera", 0.0, 0.03, 0.0004)]
+    first = first_hearing.hear(recording)
+    assert first.late == [LateStamps("camera", 0.0, 0.03, 0.0004)]
+    (line,) = first.describe()
+    assert f"{GAUGE.name} counts throughout" in line
+    assert "out of use in 50 % of the bag, from 1.00 to 2.00 s (frozen)" in line

@@ -6,14 +6,12 @@ take that for the camera's noise.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from flexarm_bringup.consistency.recording import NoController, Recording
 from flexarm_bringup.page.check import Check
-from flexarm_bringup.replaying.player import Player
-from flexarm_estimator.exchange import EstimatorExchange
 from flexarm_estimator.watches.stamp_alarm import is_drift
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 MS = 1e3
 
@@ -45,12 +43,13 @@ class LateStamps:
         return f"frames of {self.camera} count {MS * self.found:.1f} ms before their stamp, as calibrated"
 
 
-def find_late_stamps(recording: Recording) -> list[LateStamps]:
-    """Return how late the cameras stamp; those of which the bag does not tell it are left out."""
-    exchange = EstimatorExchange(recording.config, recording.settings, recording.epoch_ns, recording.config)
-    for _ in Player(exchange, NoController(), recording.lockstep).play(recording.bag.records):
-        pass
-    figures = exchange.estimator.figures() if exchange.estimator is not None else {}
+def late_stamps(figures: Mapping[str, Mapping[str, float]], specs: Iterable[SensorSpec]) -> list[LateStamps]:
+    """Return how late the cameras stamp; those of which nothing was found out are left out.
+
+    Args:
+        figures: Of the estimator at the end of a bag, by sensor and name.
+        specs: The sensors.
+    """
     return [
         LateStamps(
             spec.name,
@@ -58,7 +57,7 @@ def find_late_stamps(recording: Recording) -> list[LateStamps]:
             figures[spec.name]["stamp delay found [s]"],
             figures[spec.name]["its one sigma [s]"],
         )
-        for spec in recording.config.sensors
+        for spec in specs
         if "stamp delay found [s]" in figures.get(spec.name, {})
     ]
 
