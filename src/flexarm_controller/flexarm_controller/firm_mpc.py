@@ -62,8 +62,10 @@ class FirmMpc:
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
         """Plan the torques that follow those already ``sent``; see ``Mpc``."""
-        law = self.firm if self._is_firm(state.t, reference) else self._soft
-        return law.step(state, reference, sent)
+        if not self._is_firm(state.t, reference):
+            return self._soft.step(state, reference, sent)
+        self._soft.look_on(state, reference)
+        return self.firm.step(state, reference, sent)
 
     def work_ahead(self) -> None:
         """Let the laws prepare for the next state."""

@@ -56,10 +56,16 @@ class LearningMpc:
         At once, for another model may come before ``work_ahead``, and its law goes on with what is learned.
         """
         self._go_on()
+        self._learning.begin(state.t)
         d = self._learning.not_explained(state.d, self._steps, self._inertia)
         plan = self._mpc.step(state if d is state.d else replace(state, d=d), reference, sent)
         self._learning.learn(state, reference, self._inertia)
         return plan
+
+    def look_on(self, state: ArmState, reference: Reference) -> None:
+        """Learn from a period that another law leads."""
+        self._learning.begin(state.t)
+        self._learning.learn(state, reference, self._inertia)
 
     def work_ahead(self) -> None:
         """Make the program of what was learned, for the next state."""

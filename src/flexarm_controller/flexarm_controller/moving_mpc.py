@@ -72,6 +72,9 @@ class MovingMpc:
         )
         return self._fixed.solve(self._ready.solver, program, p_now)
 
+    def look_on(self, state: ArmState, reference: Reference) -> None:
+        """See a period that another law leads: there is nothing to learn from it."""
+
     def work_ahead(self) -> None:
         """Condense the program of the next period."""
         segments = self._segments(self._t + self._dt)

@@ -141,6 +141,9 @@ class Mpc:
         active = () if result.margin > BINDING else self._binding(program.A @ result.x, l, u)
         return self._plan(result, laps, active, partial(self._law_about, program, known, result.x))
 
+    def look_on(self, state: ArmState, reference: Reference) -> None:
+        """See a period that another law leads: there is nothing to learn from it."""
+
     def work_ahead(self) -> None:
         """Set up a solver that no state needed so far: the next one may."""
         if self._beyond is not None:

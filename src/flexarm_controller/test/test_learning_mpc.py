@@ -7,6 +7,7 @@ import pytest
 from scipy.linalg import eigh
 from served_arms import limits_of_hub, single_link, state_of, two_axes
 
+from flexarm_controller.firm_mpc import FirmMpc
 from flexarm_controller.laws import LawInputs, build_laws
 from flexarm_controller.learned.axis_inertia import AxisInertia
 from flexarm_controller.learned.learned_model import with_learned
@@ -211,3 +212,58 @@ def test_the_program_not_used_for_longest_gives_way():
     for step in (-1, -2):
         learn(step)
     assert learn(1) is first
+
+
+def taught(model, heavier, law):
+    """Let a law follow accelerations of 1.2 rad/s^2 up and, when it stops, still up; return when [s]."""
+    t = np.arange(0.0, 1.0, DT)
+    theta_ddot = np.where((t // 0.25) % 2 < 1, 1.2, -1.2)[:, None]
+    theta_dot = np.cumsum(theta_ddot, axis=0) * DT
+    reference, lagged = Reference(t, np.cumsum(theta_dot, axis=0) * DT, theta_dot, theta_ddot), 0.0
+    for k in range(141):
+        lagged += (1.0 - np.exp(-DT / LAG)) * (-heavier * model.M[0, 0] * theta_ddot[k, 0] - lagged)
+        state = replace(softly_moved(model, 0.0, t[k]), d=np.array([lagged]))
+        law.step(state, reference, SENT)
+        law.work_ahead()
+    return float(t[140])
+
+
+@pytest.mark.parametrize("pause", [2.0, 3600.0, -10.0])
+def test_an_arm_that_is_led_again_is_not_taken_for_one_that_accelerates_still(pause):
+    """A stop in the middle of an acceleration, then armed at rest: the tip was pushed 4 mm."""
+    model = single_link()
+    given = LawInputs(limits_of_hub(), ControllerConfig(), LEARNS)
+    law = build_laws(model, given).planner
+    last = taught(model, 0.3, law)
+    learned = given.learning.steps
+    assert learned[1]
+    resting = state_of(np.zeros(8), model, last + pause, [0.0])
+    for k in range(60):
+        plan = law.step(replace(resting, t=resting.t + k * DT), hold(np.zeros(1)), SENT)
+        law.work_ahead()
+        assert abs(plan.torques).max() < (1e-6 if pause > 0.0 else 1e-12)
+    assert bool(given.learning.steps[1]) == (pause < 60.0)  # what is long ago is forgotten
+
+
+def test_a_law_learns_from_motions_that_the_firm_one_leads(monkeypatch):
+    """It took the inertia of a firm motion for a load that stays: 3 mrad off after it instead of 1."""
+    monkeypatch.setattr(FirmMpc, "_is_firm", lambda *_: True)
+    model, found = single_link(), []
+    for firm_time in (0.0, 0.6):
+        given = LawInputs(limits_of_hub(), ControllerConfig(), replace(LEARNS, firm_time=firm_time))
+        law = build_laws(model, given).planner
+        taught(model, 0.3, law)
+        found.append((given.learning.steps, given.learning._axes._lagged))
+    assert isinstance(law, FirmMpc) and found[0][0] == found[1][0] and found[0][0][1]
+    np.testing.assert_array_equal(found[0][1], found[1][1])
+
+
+def test_of_a_model_with_fewer_modes_than_were_learned_those_that_it_has_are_softer():
+    """An IndexError left the callback of the model."""
+    model = single_link()
+    few = replace(
+        model, M=model.M[:2, :2], D=model.D[:2, :2], K=model.K[:2, :2], B=model.B[:2], f0=model.f0[:2],
+        omega=model.omega[:1], zeta=model.zeta[:1],
+    )  # fmt: skip
+    found = with_learned(few, np.array([-0.3, -0.2]), np.zeros(0))
+    assert found.omega == pytest.approx(few.omega * np.sqrt(0.7))

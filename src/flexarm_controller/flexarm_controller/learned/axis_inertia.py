@@ -40,6 +40,7 @@ class AxisInertia:
             dt: From one that is learned from to the next [s].
         """
         self.share: Array = np.zeros(n)
+        self._lag = lag
         self._follow, self._keep = -math.expm1(-dt / lag), math.exp(-dt / MEMORY)
         self._lagged: Array = np.zeros((n, TERMS - 1))  # velocity and acceleration
         self._squares: Array = np.zeros((n, TERMS, TERMS))
@@ -56,6 +57,18 @@ class AxisInertia:
         terms = np.linalg.solve(self._squares + self._ridge, self._products[:, :, None])
         self.share = np.asarray(terms[:, -1, 0], float)
         return self.share
+
+    def pause(self, seconds: float) -> None:
+        """Let time pass in which no law led the arm: the estimator finds other torques, what is known fades.
+
+        Args:
+            seconds: How long [s]; infinite where nobody knows, as after a jump of the clock: what is known
+                stays then.
+        """
+        self._lagged = self._lagged * math.exp(-seconds / self._lag)
+        if math.isfinite(seconds):
+            kept = math.exp(-seconds / MEMORY)
+            self._squares, self._products = kept * self._squares, kept * self._products
 
     def not_explained(self, d: Array, more: Array) -> Array:
         """Return the estimated torque less what axes with ``more`` inertia feel of the motion, (n,)."""

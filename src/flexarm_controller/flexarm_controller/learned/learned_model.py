@@ -28,9 +28,10 @@ def with_learned(model: ReducedModel, stiffness: Array, inertia: Array) -> Reduc
 
     Args:
         model: As described.
-        stiffness: Relative error of the stiffness of the slowest modes [1], (at most n_eta,).
+        stiffness: Relative error of the stiffness of the slowest modes [1]; of more than it has, the first.
         inertia: Share by which the inertia of the first axes is off [1], (at most n_theta,).
     """
+    stiffness = stiffness[: model.n_eta]
     M, K, omega = model.M.copy(), model.K.copy(), model.omega.copy()
     n, axes, count = model.n_theta, np.arange(inertia.size), stiffness.size
     modes = n + np.arange(count)

@@ -6,6 +6,8 @@ the pose moves and another model is served, its law begins where the last one ha
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +20,7 @@ Array = NDArray[np.float64]
 Steps = tuple[tuple[int, ...], tuple[int, ...]]  # of stiffness and of inertia; none where all are zero
 LEAVE = 0.75  # steps away from the present one at which the nearest takes over: half would be no hysteresis
 LOWEST, HIGHEST = -0.6, 1.0  # believed of a relative error; beyond it something else is wrong
+MISSED = 1.5  # periods from one to the next, from which one is missing
 OFTEN = 20  # times within the lag of the estimated torque, which tells nothing new sooner
 
 
@@ -40,7 +43,15 @@ class Learning:
         self._sizes = config.stiffness_step, config.inertia_step
         self._every = max(1, round(config.disturbance_lag / OFTEN / dt))
         self._passed = 0  # periods since it learned last
+        self._dt, self._t = dt, -math.inf  # when it was told of a period last [s]
         self._axes = AxisInertia(n_theta, config.disturbance_lag, self._every * dt)
+
+    def begin(self, t: float) -> None:
+        """Begin a period at ``t`` [s]: where some were left out, the arm was not led in between."""
+        gap = t - self._t
+        if not 0.0 <= gap < MISSED * self._dt:
+            self._axes.pause(gap - self._dt if gap > 0.0 else math.inf)
+        self._t = t
 
     def learn(self, state: ArmState, reference: Reference, inertia: Array) -> None:
         """Take one period's state, what was wanted of it, and the axes' described inertia, (n_theta,)."""

@@ -86,7 +86,9 @@ def move_response(answer: Answer) -> MoveTip.Response:
 
 def cancel_response(answer: Answer) -> CancelMotion.Response:
     """Return the response to a cancellation."""
-    return CancelMotion.Response(accepted=answer.is_accepted, reason=answer.reason)
+    response = CancelMotion.Response(accepted=answer.is_accepted, reason=answer.reason)
+    response.duration = float(answer.duration)
+    return response
 
 
 def progress_to_msg(progress: Progress, epoch_ns: int) -> MotionStatus:

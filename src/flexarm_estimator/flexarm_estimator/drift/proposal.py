@@ -20,6 +20,7 @@ from flexarm_estimator.drift.judgement import CERTAIN, ModeNow
 ALIKE = 3.0  # sigmas within which changes of modes are the same
 ALL_ALIKE = "as if all stiffness"
 TOO_EARLY = "too early to tell whether all changed alike"
+NEVER = "whether all changed alike cannot be told"
 MODAL_TEST = "flexarm identify rig --nodes join --manipulator NAME [--preset PRESET]"  # of the rig that runs
 REFRESH = (
     f"refresh the description by a modal test, while no controller is active: {MODAL_TEST} --update --retune"
@@ -44,9 +45,7 @@ def proposal(modes: Sequence[ModeNow], is_damping_alone: bool = False, is_early:
     if not known:  # it was; the arm has stood too long to tell by how much
         return REFRESH
     if _are_apart(known):
-        if is_early or not _are_apart([mode for mode in known if mode.is_within_reach]):
-            return f"{TOO_EARLY}: look again after some moves, or {REFRESH}"
-        return f"modes changed apart: look for a payload or a loose joint, or {REFRESH}"
+        return f"{_of_modes_apart(known, is_early)}, or {REFRESH}"
     factor = (1.0 + _mean(known)) ** 2
     return f"{ALL_ALIKE} were {factor:.3f} times (or all mass {1 / factor:.3f} times) that; {REFRESH}"
 
@@ -67,6 +66,18 @@ def denial(undamped: Sequence[str]) -> str:
     """Return what modes say that no arm does; empty without such modes."""
     names = ", ".join(sorted(undamped)).replace("_", " ")
     return f"in doubt: {names} cannot be without damping" if undamped else ""
+
+
+def _of_modes_apart(known: Sequence[ModeNow], is_early: bool) -> str:
+    """Return what is said, and what to do first, where known modes read as if they had changed apart."""
+    is_moving = not all(mode.is_settled for mode in known)
+    damped = [mode.name for mode in known if mode.is_settled and not mode.is_within_reach]
+    if not is_early and _are_apart([mode for mode in known if mode.is_within_reach]):
+        return "modes changed apart: look for a payload or a loose joint"
+    if is_early or is_moving or not damped:
+        return f"{TOO_EARLY}: look again after some moves"
+    names = ", ".join(damped).replace("_", " ")
+    return f"{NEVER}, for {names} reads many times as damped: look for a payload or a loose joint"
 
 
 def _are_apart(modes: Sequence[ModeNow]) -> bool:
