@@ -181,6 +181,8 @@ def test_a_cancelled_goal_sends_the_way_to_rest(config, model):
     (sent,) = told(outgoing, "reference")
     assert response.accepted and sent.points[-1].velocities[0] == 0.0
     assert sent.points[-1].positions[0] < 0.9
+    last = sent.points[-1].time_from_start
+    assert 0.0 < response.duration < last.sec + 1e-9 * last.nanosec
 
 
 def test_a_malformed_goal_is_refused_with_the_field(config, model):
