@@ -86,3 +86,24 @@ def test_a_golden_bag_that_shares_a_folder_with_the_recorded_one_is_refused(
     assert str(caught.value).startswith(f"{tmp_path}/expect.yaml: golden.path: '{golden}': ")
     (tmp_path / "expect.yaml").write_text(yaml.safe_dump(CASE))
     read_case(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "golden", ["../other/golden", "{tmp_path}/other/golden", "link", "inner/golden", "."]
+)
+def test_a_golden_bag_that_is_not_of_the_case_alone_is_refused(golden: str, tmp_path: Path) -> None:
+    """An update wrote it over the bag of another case; the recorded one may lie where it likes."""
+    golden = golden.format(tmp_path=tmp_path)
+    case = tmp_path / "case"
+    for folder in (case, case / "inner", tmp_path / "other"):
+        (folder / "golden").mkdir(parents=True)
+        (folder / "expect.yaml").touch()
+    (case / "link").symlink_to(tmp_path / "other" / "golden")
+    content = {**CASE, "bag": {**CASE["bag"], "path": "../other/bag"}}
+    (case / "expect.yaml").write_text(yaml.safe_dump(content))
+    read_case(case)
+    content["golden"] = {**CASE["golden"], "path": golden}
+    (case / "expect.yaml").write_text(yaml.safe_dump(content))
+    with pytest.raises(ConfigError, match="expected a folder of this case alone, apart from") as caught:
+        read_case(case)
+    assert str(caught.value).startswith(f"{case}/expect.yaml: golden.path: '{golden}': ")

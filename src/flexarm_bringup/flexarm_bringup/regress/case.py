@@ -93,10 +93,10 @@ def read_case(folder: Path) -> Case:
     section.done()
     if case.preset and not case.manipulator:
         raise section.error("preset", case.preset, "needs a manipulator; without one, it is as the bag says")
-    if _share_a_folder(case.bag, case.golden):
+    if not _is_replaceable(case):
         told = section.section(GOLDEN).text("path")
-        allowed = f"--update replaces it; expected another folder than {BAG}.path, neither in the other"
-        raise section.error(f"{GOLDEN}.path", told, allowed)
+        allowed = f"a folder of this case alone, apart from {BAG}.path, neither in the other"
+        raise section.error(f"{GOLDEN}.path", told, f"--update replaces it; expected {allowed}")
     return case
 
 
@@ -133,10 +133,11 @@ def _read_pinned(section: Section, folder: Path) -> Pinned:
     return pinned
 
 
-def _share_a_folder(bag: Pinned, golden: Pinned) -> bool:
-    """Return whether two bags are in one folder, or one of them lies in the other."""
-    a, b = bag.path.resolve(), golden.path.resolve()
-    return a.is_relative_to(b) or b.is_relative_to(a)
+def _is_replaceable(case: Case) -> bool:
+    """Return whether the golden bag can be replaced without harm to what was recorded, or to another case."""
+    bag, golden = case.bag.path.resolve(), case.golden.path.resolve()
+    owner = next((folder for folder in golden.parents if (folder / EXPECT_FILE).exists()), None)
+    return owner == case.folder.resolve() and not (bag.is_relative_to(golden) or golden.is_relative_to(bag))
 
 
 def _read_settings(section: Section) -> str:
