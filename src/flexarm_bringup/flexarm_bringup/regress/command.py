@@ -141,6 +141,8 @@ def _update(args: argparse.Namespace, folders: list[Path]) -> int:
             print(f"flexarm regress: {one_line(error)}", file=sys.stderr)
             continue
         checks.append(Check(name, "renewed", _renewed(renewal), True))
+        if renewal.left:
+            print(f"flexarm regress: {name}: renewed, but {renewal.left}", file=sys.stderr)
         as_before += renewal.is_as_before
         items += renewal_tables(name, renewal)
     renewed = sum(check.passed for check in checks)

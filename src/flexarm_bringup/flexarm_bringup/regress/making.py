@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import stat
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -58,6 +61,7 @@ class Renewal:
         before, now: Messages by absolute topic [1].
         is_as_before: Nothing moved, and nothing was written.
         is_accepted: Tolerances that were changed are those of the review from now on.
+        left: Why the golden bag of before is still there, and where; empty: it is not.
     """
 
     moved: tuple[Moved, ...]
@@ -66,6 +70,7 @@ class Renewal:
     now: Mapping[str, int]
     is_as_before: bool
     is_accepted: bool = False
+    left: str = ""
 
 
 def make_case(folder: Path, source: Source) -> Case:
@@ -96,7 +101,7 @@ def make_case(folder: Path, source: Source) -> Case:
         write_case(case)
         return read_case(folder)  # what it would refuse later, marks say, it refuses now
     except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
+        _discard(folder)
         raise
 
 
@@ -119,11 +124,10 @@ def update_case(folder: Path) -> Renewal:
     moved = find_moved(golden, played, topics_of(golden, played), case.tolerances)
     comparison = compare(opened, outcome)
     is_as_before = not moved and comparison.is_equal and case.is_reviewed
-    if not is_as_before:
-        replace_golden(case, partial(write_golden, played))
+    left = "" if is_as_before else replace_golden(case, partial(write_golden, played))
     recounted = tuple(item for item in comparison.divergences if not item.field)
     counts = golden.counts, played.counts
-    return Renewal(tuple(moved), recounted, *counts, is_as_before, is_accepted=not case.is_reviewed)
+    return Renewal(tuple(moved), recounted, *counts, is_as_before, not case.is_reviewed, left)
 
 
 def write_golden(played: Bag, folder: Path) -> Bag:
@@ -145,6 +149,14 @@ def _faultless(played: Played) -> Bag:
     for topic, text in played.faults.items():
         raise BagError(f"{played.bag.path}: gives no {topic}: {text}")
     return played.bag
+
+
+def _discard(folder: Path) -> None:
+    """Remove what was made of a case; the copy of a write-protected bag is protected, too."""
+    for place, _, _ in os.walk(folder):
+        with suppress(OSError):
+            os.chmod(place, stat.S_IRWXU)
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _bring(bag: Bag, folder: Path, until: float) -> Bag:

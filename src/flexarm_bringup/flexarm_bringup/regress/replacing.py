@@ -1,7 +1,8 @@
 """Golden bag and expectations of a case replaced together: both, or neither when anything fails.
 
 The new bag and the new ``expect.yaml`` are written beside the old ones first. Who is killed while they change
-places leaves the old bag beside them, and the next update puts it back or throws it away.
+places leaves the old bag beside them, and the next update puts it back or throws it away. What is protected
+against writing stays: that is looked at before anything is changed.
 """
 
 from __future__ import annotations
@@ -20,12 +21,15 @@ from flexarm_bringup.regress.pinned import is_pinned, pin
 NEW, OLD = ".new", ".old"  # ends of names
 
 
-def replace_golden(case: Case, write: Callable[[Path], Bag]) -> None:
+def replace_golden(case: Case, write: Callable[[Path], Bag]) -> str:
     """Let another bag be what is expected of a case.
 
     Args:
         case: Of before.
         write: Writes the bag into a folder that it creates, and reads it back.
+
+    Returns:
+        Why the bag of before is still there, and where; empty: it is not.
 
     Raises:
         OSError, BagError: Something cannot be written; the case is as it was.
@@ -34,11 +38,10 @@ def replace_golden(case: Case, write: Callable[[Path], Bag]) -> None:
     fresh, draft = _beside(golden, NEW), _beside(expect, NEW)
     try:
         _remove(fresh)  # of an update that was interrupted
-        if not os.access(expect, os.W_OK):
-            raise PermissionError(f"{expect}: may not be written")
+        _refuse_protected(expect, golden)
         pinned = replace(pin(write(fresh)), path=golden)
         write_case(replace(case, golden=pinned), draft.name)
-        _swap(fresh, golden, lambda: draft.replace(expect))
+        return _swap(fresh, golden, lambda: draft.replace(expect))
     finally:
         _remove(fresh)
         draft.unlink(missing_ok=True)
@@ -49,6 +52,7 @@ def finish_replacing(folder: Path) -> None:
 
     Raises:
         ConfigError: The expectations are not understood.
+        OSError: What was left cannot be removed.
     """
     golden = read_case(folder).golden
     old = _beside(golden.path, OLD)
@@ -60,8 +64,15 @@ def finish_replacing(folder: Path) -> None:
     _remove(old)
 
 
-def _swap(fresh: Path, golden: Path, then: Callable[[], object]) -> None:
-    """Put a folder in the place of another and do what belongs to it, or neither."""
+def _refuse_protected(expect: Path, golden: Path) -> None:
+    """Refuse to replace a file, or a folder of which something could not be removed afterwards."""
+    for path in (expect, golden, *(path for path in golden.rglob("*") if path.is_dir())):
+        if not os.access(path, os.W_OK):
+            raise PermissionError(f"{path}: may not be written")
+
+
+def _swap(fresh: Path, golden: Path, then: Callable[[], object]) -> str:
+    """Put a folder in the place of another and do what belongs to it, or neither; say what is left of it."""
     old = _beside(golden, OLD)
     golden.rename(old)
     try:
@@ -72,7 +83,11 @@ def _swap(fresh: Path, golden: Path, then: Callable[[], object]) -> None:
             golden.rename(fresh)
         old.rename(golden)
         raise
-    _remove(old)
+    try:
+        _remove(old)
+    except OSError as error:  # both have been replaced
+        return str(error)
+    return ""
 
 
 def _beside(path: Path, end: str) -> Path:
@@ -80,8 +95,15 @@ def _beside(path: Path, end: str) -> Path:
 
 
 def _remove(folder: Path) -> None:
-    """Remove a folder, or the link to one, if it is there."""
-    if folder.is_symlink():
-        folder.unlink()
-    elif folder.exists():
-        shutil.rmtree(folder)
+    """Remove a folder, or the link to one, if it is there.
+
+    Raises:
+        OSError: It cannot be removed; the text names it.
+    """
+    try:
+        if folder.is_symlink():
+            folder.unlink()
+        elif folder.exists():
+            shutil.rmtree(folder)
+    except OSError as error:
+        raise OSError(f"{folder}: cannot be removed ({error.strerror or error})") from error
