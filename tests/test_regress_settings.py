@@ -24,7 +24,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "a node": ({"controler": {"law": "pd"}}, "controler: no such node; there are model, estimator"),
     "a key": ({"controller": {"law": "pd"}, "estimator": {"gaet": 3}}, "estimator.gaet: unknown; allowed: "),
     "a value": ({"rig": {"seed": "x"}}, "rig.seed: 'x' is not a whole number"),
-    "no mapping": ({"estimator": 3}, "its settings are not values by node: {'estimator': 3}"),
+    "no mapping": ({"estimator": 3}, '--settings: {"estimator": 3}: expected parameters by node'),
 }
 
 
@@ -60,7 +60,7 @@ def test_a_case_with_settings_of_no_node_is_not_judged(
     case = Path(shutil.copytree(GOLDEN, tmp_path / "case"))
     content = yaml.safe_load((case / EXPECT_FILE).read_text())
     (case / EXPECT_FILE).write_text(yaml.safe_dump({**content, "settings": WRONG["a key"][0]}))
-    assert f"{case}: settings: {WRONG['a key'][1]}" in refusal(capsys, str(case))
+    assert f"{case / EXPECT_FILE}: settings: {WRONG['a key'][1]}" in refusal(capsys, str(case))
 
 
 @pytest.mark.parametrize(
@@ -75,5 +75,7 @@ def test_only_what_is_played_must_be_known_of_a_recording(
     new = ("--new", str(tmp_path / "case"), "--from", str(path))
     if reason:
         assert f"its settings: {reason}: unknown" in refusal(capsys, *new)
+        own = ("--settings", '{"estimator": {"filter": "corrected"}}')  # over that of the bag
+        assert f"its settings: {reason}: unknown" in refusal(capsys, *new, *own)
     else:
         assert cli.main(["regress", *new]) == 0

@@ -29,7 +29,22 @@ def configuration(bag: Bag) -> tuple[ManipulatorConfig, dict[str, dict[str, Any]
     if missing:
         said = f"does not say with which {', '.join(missing)} it was recorded"
         raise BagError(f"{bag.path}: {said}; --manipulator NAME names its arm")
-    return _read_manipulator(bag), _read_settings(bag)
+    return _read_manipulator(bag), recorded_settings(bag)
+
+
+def recorded_settings(bag: Bag) -> dict[str, dict[str, Any]]:
+    """Return the settings that are kept in a bag which says them, by node.
+
+    Raises:
+        BagError: They are no JSON, or not values by node.
+    """
+    try:
+        settings = json.loads(bag.custom["settings"])
+    except (ValueError, RecursionError) as error:
+        raise BagError(f"{bag.path}: its settings are not JSON: {error}") from error
+    if not isinstance(settings, dict) or not all(isinstance(given, dict) for given in settings.values()):
+        raise BagError(f"{bag.path}: its settings are not values by node: {_short(settings)}")
+    return settings
 
 
 def _read_manipulator(bag: Bag) -> ManipulatorConfig:
@@ -49,16 +64,6 @@ def _read_manipulator(bag: Bag) -> ManipulatorConfig:
         except ConfigError as error:
             said = str(error).replace(f"{path}: ", "")
             raise ConfigError(f"{bag.path}: its description: {said}") from None
-
-
-def _read_settings(bag: Bag) -> dict[str, dict[str, Any]]:
-    try:
-        settings = json.loads(bag.custom["settings"])
-    except (ValueError, RecursionError) as error:
-        raise BagError(f"{bag.path}: its settings are not JSON: {error}") from error
-    if not isinstance(settings, dict) or not all(isinstance(given, dict) for given in settings.values()):
-        raise BagError(f"{bag.path}: its settings are not values by node: {_short(settings)}")
-    return settings
 
 
 def _short(value: object) -> str:

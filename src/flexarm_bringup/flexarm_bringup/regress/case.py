@@ -27,6 +27,7 @@ from flexarm_model.settings.strict_yaml import Section, read_yaml
 
 FORMAT = "flexarm-regress/1"
 BAG, GOLDEN, REVIEWED = "bag", "golden", "tolerances_sha256"
+BY_NODE = "parameters by node, as {controller: {law: pd}}"
 HIDING = ("skip", "skipif", "xfail")  # marks of pytest; flexarm_pytest ignores them, too
 _HEAD = """\
 # What must come of the bag beside it: `flexarm regress` compares, `--update` renews golden/ and this file.
@@ -47,7 +48,7 @@ class Case:
         tolerances: The first that fits a field holds.
         manipulator: Name or file; empty: the description kept in the bag.
         preset: Of that manipulator.
-        settings: Parameters of the nodes that are not defaults, as JSON; empty: those kept in the bag.
+        settings: Parameters of the nodes over those kept in the bag, by node, as JSON; empty: none.
         markers: Marks that pytest gives the case.
         reviewed: SHA-256 of the tolerances with which ``golden`` was reviewed; None for these.
     """
@@ -100,6 +101,11 @@ def read_case(folder: Path) -> Case:
     return case
 
 
+def are_by_node(settings: object) -> bool:
+    """Return whether something is a mapping of nodes to mappings."""
+    return isinstance(settings, dict) and all(isinstance(values, dict) for values in settings.values())
+
+
 def write_case(case: Case, name: str = EXPECT_FILE) -> None:
     """Write the expectations of a case into its folder, under that name."""
     content: dict[str, Any] = {"format": FORMAT, "about": case.about}
@@ -143,6 +149,8 @@ def _is_replaceable(case: Case) -> bool:
 def _read_settings(section: Section) -> str:
     """Return the parameters as JSON; empty where none are given."""
     settings = section.take("settings", None)
+    if settings is not None and not are_by_node(settings):
+        raise section.error("settings", settings, f"expected {BY_NODE}")
     try:
         return "" if settings is None else json.dumps(settings)
     except TypeError:  # YAML takes a date for something of its own

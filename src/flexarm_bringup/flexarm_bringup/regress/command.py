@@ -25,6 +25,7 @@ from flexarm_bringup.arguments import STDOUT, number, output_folder, refuse_idle
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.report import Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
+from flexarm_bringup.regress.case import BY_NODE, are_by_node
 from flexarm_bringup.regress.finding import case_name, find_cases
 from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict, judge, one_line
 from flexarm_bringup.regress.making import Renewal, Source, make_case, update_case
@@ -52,7 +53,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     making.add_argument("--manipulator", default="", help="name or file, where the bag does not say")
     making.add_argument("--preset", default="", help="preset of that manipulator")
-    making.add_argument("--settings", default="", metavar="JSON", help="parameters of the nodes, by node")
+    making.add_argument(
+        "--settings", default="", metavar="JSON", help="parameters over those of the bag, by node"
+    )
     making.add_argument("--mark", action="append", default=[], help="mark that pytest gives the case")
     add_report_arguments(parser)
 
@@ -95,8 +98,8 @@ def _check_arguments(args: argparse.Namespace) -> None:
             settings = json.loads(args.settings)
         except ValueError as error:
             raise ValueError(f"--settings: is not JSON: {error}") from None
-        if not isinstance(settings, dict):
-            raise ValueError(f"--settings: {args.settings}: expected parameters by node")
+        if not are_by_node(settings):
+            raise ValueError(f"--settings: {args.settings}: expected {BY_NODE}")
 
 
 def _draw(args: argparse.Namespace, verdicts: list[Verdict]) -> int:

@@ -7,6 +7,7 @@ its pose: a wrong sign in a Jacobian then shows where it is made, not only in wh
 from __future__ import annotations
 
 import errno
+import json
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,9 +18,11 @@ import numpy as np
 
 from flexarm_bringup.bags.bag_reader import Bag, Record
 from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.bags.configuration import recorded_settings
 from flexarm_bringup.conversions import deserialise, serialise
 from flexarm_bringup.provenance import git_hash
 from flexarm_bringup.regress.case import Case
+from flexarm_bringup.regress.case_settings import lay_over
 from flexarm_bringup.replaying.replay_bag import OUTPUTS, configuration, replay
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.conversions import model_to_msg, stamp_to_ns
@@ -40,10 +43,11 @@ _MACHINE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EMFILE, er
 
 
 def configured(bag: Bag, case: Case) -> Bag:
-    """Return the bag with the manipulator and the settings that the case says instead of those kept in it.
+    """Return the bag with the manipulator that the case says instead of its own, and settings over its own.
 
     Raises:
-        ConfigError: There is no such manipulator.
+        BagError: Its settings are not values by node.
+        ConfigError: There is no such manipulator, or no such setting to take away.
     """
     said: dict[str, str] = {}
     described_by = bag.described_by
@@ -53,7 +57,8 @@ def configured(bag: Bag, case: Case) -> Bag:
         said |= {"manipulator": path.stem, "description": path.read_text(encoding="utf8")}
         said |= {"preset": case.preset, "settings": bag.custom.get("settings", "{}")}
     if case.settings:
-        said["settings"] = case.settings
+        recorded = recorded_settings(bag) if "settings" in bag.custom else {}
+        said["settings"] = json.dumps(lay_over(recorded, case))
     return replace(bag, custom={**bag.custom, **said}, described_by=described_by)
 
 
