@@ -8,7 +8,8 @@
 
 A lockstep recording and its replay agree, but for the reason of a controller that waits because its margins
 are too small: what it waits for is in no bag. A recording in real time holds what reached the recorder, in
-that order, and the estimator may have seen another; compare its replays with each other.
+that order, and the estimator may have seen another; compare its replays with each other. A recording may end
+in the middle of an instant, a replay of the same run is compared to its last message.
 
 The exit code is 1 when the first divergence has been named, 2 when a bag cannot be used.
 """
@@ -32,7 +33,7 @@ from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.replaying.compare import TOLERANCES, Comparison, compare_bags
-from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay, written_for
+from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, is_replay, replay, written_for
 from flexarm_bringup.replaying.two_runs import DRAWN, are_two_runs, how_they_end
 from flexarm_bringup.tasks.node_settings import node_settings
 from flexarm_estimator.settings import EstimatorConfig
@@ -79,11 +80,15 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _compared(golden: Bag, replayed: Bag, are_runs: bool) -> Comparison:
-    """Compare the topics that nodes always say, and what else both bags have."""
+    """Compare the topics that nodes always say, and what else both bags have.
+
+    Only a replay of the same run is compared to its last message: a recording may end in the middle.
+    """
     more = {stream.name for stream in written_for(golden)} & {s.name for s in written_for(replayed)}
     topics = (*OUTPUTS, *sorted(more - set(OUTPUTS)))
     tolerances = (*DRAWN, *TOLERANCES) if are_runs else TOLERANCES
-    return compare_bags(golden, replayed, topics, tolerances, are_runs=are_runs)
+    free_end = are_runs or not is_replay(golden)
+    return compare_bags(golden, replayed, topics, tolerances, free_end=free_end, are_runs=are_runs)
 
 
 def _refuse_idle(args: argparse.Namespace) -> None:
@@ -124,11 +129,18 @@ def page(bag: Bag, replayed: Bag, comparison: Comparison | None, said: str = "")
         return Page(title, lead, items)
     first = str(comparison.divergences[0]) if comparison.divergences else "equal"
     compared = f"{sum(comparison.compared.values())} messages equal"
+    unpaired = sum(replayed.counts.get(name, 0) - count for name, count in comparison.compared.items())
+    if unpaired:
+        lead += f" {unpaired} replayed messages have none to be compared with."
     checks = [Check("every field within its tolerance", compared, first, comparison.is_equal)]
     shown = comparison.divergences[:SHOWN]
     if shown:
         items.append(_divergence_table(comparison))
-    data = {"divergent_messages": len(comparison.divergences), "divergences": [vars(item) for item in shown]}
+    data = {
+        "divergent_messages": len(comparison.divergences),
+        "divergences": [vars(item) for item in shown],
+        "unpaired_messages": unpaired,
+    }
     return Page(title, lead, items, checks, data=data)
 
 

@@ -35,6 +35,7 @@ DEBUG = find_stream(f"{NAMESPACE}/controller_debug")
 WRITTEN = tuple(s for s in STREAMS if s.publisher in ("estimator", "controller") and not s.is_optional)
 OUTPUTS = tuple(stream.name for stream in WRITTEN)
 NO_ESTIMATE = "its model was taken, but no estimate came of its measurements"
+REPLAY = "replay"  # key under which a replay says that it is one
 NO_TIME_LIMIT = 1.0  # s; the solver's cap in real time would make the result depend on the machine
 
 
@@ -65,11 +66,16 @@ def replay(bag: Bag, folder: Path) -> Bag:
         return check_bag(folder)
 
 
+def is_replay(bag: Bag) -> bool:
+    """Return whether a bag was written by ``replay``, to the end of what was recorded."""
+    return bag.custom.get(REPLAY) == "true"
+
+
 def _write(bag: Bag, folder: Path, player: Player) -> int:
     """Play a bag into a new one; return the number of estimates."""
     written = written_for(bag)
     by_topic = {stream.topic: stream for stream in written}
-    with BagWriter(folder, written, {**bag.custom, "git": git_hash(), "replay": "true"}) as writer:
+    with BagWriter(folder, written, {**bag.custom, "git": git_hash(), REPLAY: "true"}) as writer:
         for record, outgoing in player.play(bag.records):
             stream = by_topic[outgoing.topic]
             cdr = serialise(outgoing.msg, stream.type)
