@@ -17,6 +17,7 @@ from flexarm_bringup.doctor import machine
 from flexarm_bringup.doctor.finding import Finding
 from flexarm_bringup.doctor.installation import look_at_installation
 from flexarm_bringup.doctor.machine import look_at_machine
+from flexarm_bringup.doctor.message_types import End, find_mistyped
 
 
 def of(subject: str, findings: Any) -> Finding:
@@ -113,6 +114,8 @@ PATIENCE, FOREVER = 60.0, 9223372036.0  # s; how DDS says that there is no limit
 TWINS = "2 nodes are called /flexarm/rig"
 MISFITS = "best effort publisher and reliable subscription", "deadline is less than publisher deadline"
 RIVALS = "guard_status: 2 speak, guard2, rig"
+STRAIN, TEXT, MODE = "flexarm_interfaces/msg/StrainArray", "std_msgs/msg/String", "/lab/mode"
+UNLIKE = f"strain: rig publishes {TEXT}; the topic is for {STRAIN}", f"{MODE}: rig gets nothing from plc"
 TALKERS = """
 import rclpy, sys
 from rclpy.duration import Duration
@@ -127,26 +130,61 @@ one.create_publisher(String, "spoken", QoSProfile(depth=1, reliability=Reliabili
 two.create_subscription(String, "spoken", print, 1)
 one.create_publisher(String, "punctual", 1)
 two.create_subscription(String, "punctual", print, QoSProfile(depth=1, deadline=Duration(seconds=0.05)))
+one.create_publisher(String, "strain", 1)
+two.create_subscription(GuardStatus, "/lab/mode", print, 1)
+rclpy.init(context=(other := rclpy.Context()))  # a process has one type for a topic
+plc = Node("plc", namespace="lab", context=other)
+plc.create_publisher(String, "mode", 1)
 print("ready", flush=True)
 sys.stdin.read()
 """
 
 
 @pytest.mark.ros
-def test_twin_nodes_two_guards_and_qualities_that_do_not_fit_are_named(
+def test_twin_nodes_two_guards_types_and_qualities_that_do_not_fit_are_named(
     ros_environment: dict[str, str],
 ) -> None:
     talk, pipe = [sys.executable, "-c", TALKERS], subprocess.PIPE
     with subprocess.Popen(talk, stdin=pipe, stdout=pipe, text=True, env=ros_environment) as talkers:
         assert talkers.stdout is not None and talkers.stdout.readline() == "ready\n"
         found = _ask_doctor(ros_environment)
-        wanted = TWINS, *MISFITS, RIVALS
+        wanted = TWINS, *MISFITS, RIVALS, *UNLIKE
         deadline = time.monotonic() + PATIENCE  # who has just begun to speak may not have told it all yet
         while not all(each in found.stdout for each in wanted) and time.monotonic() < deadline:
             found = _ask_doctor(ros_environment)
         talkers.communicate("")
     assert found.returncode == 1, found.stdout
     assert all(each in found.stdout for each in wanted), found.stdout
+
+
+def _mistyped(topic: str, publishers: dict[str, str], subscribers: dict[str, str]) -> list[tuple[str, str]]:
+    ends = ([End(*item) for item in types.items()] for types in (publishers, subscribers))
+    found = list(find_mistyped(topic, *ends))
+    assert {item.verdict for item in found} <= {"FAULT"}
+    return [(item.text, item.cure) for item in found]
+
+
+def test_a_publisher_of_another_type_than_the_table_of_streams_has_is_a_fault() -> None:
+    """It was said that every subscriber can hear every publisher."""
+    topic, imu, like = (
+        "/flexarm/strain",
+        "/flexarm/imu/tip",
+        "take that type: DDS connects no two that differ",
+    )
+    assert not _mistyped(topic, {"rig": STRAIN}, {"estimator": STRAIN})
+    alone = _mistyped(topic, {"lab_driver": TEXT}, {})
+    assert alone == [(f"{topic}: lab_driver publishes {TEXT}; the topic is for {STRAIN}", like)]
+    assert _mistyped(topic, {"lab_driver": TEXT, "rig": STRAIN}, {"estimator": STRAIN}) == alone
+    heard = _mistyped(imu, {"rig": "sensor_msgs/msg/Imu"}, {"viewer": TEXT})
+    assert heard == [(f"{imu}: viewer takes {TEXT}; the topic is for sensor_msgs/msg/Imu", like)]
+
+
+def test_of_a_foreign_topic_every_publisher_and_subscriber_of_other_types_are_named() -> None:
+    assert not _mistyped(MODE, {"a": TEXT}, {"b": TEXT})
+    assert not _mistyped(MODE, {"a": TEXT, "c": STRAIN}, {})
+    ((text, cure),) = _mistyped(MODE, {"a": TEXT, "c": STRAIN}, {"b": TEXT})
+    assert text == f"{MODE}: b gets nothing from c"
+    assert cure == f"make them fit: subscriber {TEXT}, publisher {STRAIN}"
 
 
 RUNNING = {"model": 1, "estimator": 1, "controller": 1, "guard": 1}

@@ -1,4 +1,4 @@
-"""The running graph: nodes, doubles, qualities of service that do not fit, models that differ.
+"""The running graph: nodes, doubles, types and qualities of service that do not fit, models that differ.
 
 As a process it prints the findings, as JSON.
 """
@@ -17,8 +17,10 @@ from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState, Re
 from rclpy.node import Node
 from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.time import Time
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from flexarm_bringup.doctor.finding import Finding, Verdict
+from flexarm_bringup.doctor.message_types import End, find_mistyped
 from flexarm_bringup.processes.graph import RIG, rig_graph
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.topics import NAMELESS, NAMESPACE, STREAMS, Stream
@@ -47,7 +49,7 @@ def look_at_graph() -> Iterator[Finding]:
             speakers = {stream.topic: _speakers(node, stream) for stream in STREAMS}
             yield from look_at_nodes(found, speakers)
             yield from find_rivals(speakers)
-            yield from _qualities(node)
+            yield from _connections(node)
             yield from look_at_models(heard)
             yield from _guard(heard)
         finally:
@@ -141,21 +143,32 @@ def find_rivals(speakers: Mapping[str, Sequence[str]]) -> Iterator[Finding]:
             yield Finding("FAULT", "graph", text, "stop all but one: whoever listens takes each for the one")
 
 
-def _qualities(node: Node) -> Iterator[Finding]:
-    """Yield every pair of publisher and subscriber that DDS will not connect."""
+def _connections(node: Node) -> Iterator[Finding]:
+    """Yield every publisher and subscriber that DDS will not connect."""
     faults = 0
     for topic, _ in node.get_topic_names_and_types():
-        for offer in node.get_publishers_info_by_topic(topic):
-            for wish in node.get_subscriptions_info_by_topic(topic):
-                reason = find_misfit(offer.qos_profile, wish.qos_profile)
-                if reason and OWN not in (offer.node_name, wish.node_name):
-                    faults += 1
-                    yield Finding(
-                        "FAULT", "quality", f"{topic}: {wish.node_name} gets nothing from {offer.node_name}",
-                        f"make them fit: {reason}",
-                    )  # fmt: skip
+        offers = _others(node.get_publishers_info_by_topic(topic))
+        wishes = _others(node.get_subscriptions_info_by_topic(topic))
+        ends = ([End(info.node_name, info.topic_type) for info in infos] for infos in (offers, wishes))
+        for finding in (*find_mistyped(topic, *ends), *_find_misfits(topic, offers, wishes)):
+            faults += 1
+            yield finding
     if not faults:
         yield Finding("ok", "quality", "every subscriber can hear every publisher of its topics")
+
+
+def _others(infos: Sequence[TopicEndpointInfo]) -> list[TopicEndpointInfo]:
+    return [info for info in infos if info.node_name != OWN]
+
+
+def _find_misfits(
+    topic: str, offers: Sequence[TopicEndpointInfo], wishes: Sequence[TopicEndpointInfo]
+) -> Iterator[Finding]:
+    for offer in offers:
+        for wish in wishes:
+            if reason := find_misfit(offer.qos_profile, wish.qos_profile):
+                text = f"{topic}: {wish.node_name} gets nothing from {offer.node_name}"
+                yield Finding("FAULT", "quality", text, f"make them fit: {reason}")
 
 
 def find_misfit(offer: QoSProfile, wish: QoSProfile) -> str:
