@@ -12,21 +12,22 @@ Topics are relative to /flexarm unless they begin with a slash. A field that is 
 from __future__ import annotations
 
 import argparse
-import importlib
 import math
 import sys
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from flexarm_bringup.arguments import number
 from flexarm_bringup.exit_codes import UNUSABLE
+from flexarm_bringup.message_class import message_class
 from flexarm_bringup.message_fields import pick, written
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.processes.surroundings import check_domain
+from flexarm_bringup.published_node import await_types, find_offered, find_published
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.process.leaving import LEAVING, ends_within
 from flexarm_model.ros.node import events_executor
@@ -35,7 +36,6 @@ from flexarm_model.settings.strict_yaml import ConfigError
 
 DISCOVERY = 3.0  # s; how long a topic may take to be seen
 SILENCE = 3.0  # s after which it is said that nothing has come
-DEPTH = 50
 WINDOW = 1.0  # s; over which a rate is told
 
 
@@ -90,18 +90,14 @@ class _Echo:
 
     def run(self) -> int:
         """Listen and print; return the exit code."""
-        kind = _await_type(self._node, self._topic, self._args.wait)
-        if not kind:
-            names = ", ".join(sorted(_topics(self._node))) or "nothing"
-            print(
-                f"flexarm echo: {self._topic}: nobody publishes it; published now: {names}. "
-                "Same ROS_DOMAIN_ID and discovery range?",
-                file=sys.stderr,
-            )
+        kinds = await_types(self._node, self._topic, self._args.wait)
+        try:
+            kind, message = self._chosen(kinds)
+        except ConfigError as error:
+            print(f"flexarm echo: {error}", file=sys.stderr)
             return UNUSABLE
-        self._node.create_subscription(
-            _message_class(kind), self._topic, self._on_message, _offered(self._node, self._topic)
-        )
+        quality = find_offered(self._node, self._topic, kind)
+        self._node.create_subscription(message, self._topic, self._on_message, quality)
         executor = events_executor()
         executor.add_node(self._node)
         patient_until = time.monotonic() + SILENCE
@@ -117,6 +113,24 @@ class _Echo:
         if self._failure:
             print(f"flexarm echo: {self._failure}", file=sys.stderr)
         return UNUSABLE if self._failure else 0
+
+    def _chosen(self, kinds: Sequence[str]) -> tuple[str, Any]:
+        """Return the first type of those that are published, and its class; say which are left out.
+
+        Raises:
+            ConfigError: There is none, or it is not installed.
+        """
+        if not kinds:
+            names = ", ".join(sorted(find_published(self._node))) or "nothing"
+            raise ConfigError(
+                f"{self._topic}: nobody publishes it; published now: {names}. "
+                "Same ROS_DOMAIN_ID and discovery range?"
+            )
+        kind, *others = kinds
+        if others:
+            said = f"also published as {', '.join(others)}; these are {kind}. `flexarm echo` says by whom"
+            print(f"flexarm echo: {self._topic}: {said}", file=sys.stderr)
+        return kind, installed_class(self._topic, kind)
 
     def _on_message(self, msg: Any) -> None:
         if self._cut_off or (self._args.once and self._heard):
@@ -150,44 +164,26 @@ class _Echo:
             self._cut_off = error
 
 
+def installed_class(topic: str, kind: str) -> Any:
+    """Return the class of the messages of a topic.
+
+    Raises:
+        ConfigError: It is not installed here, be it the whole package or this message.
+    """
+    try:
+        return message_class(kind)
+    except ImportError:
+        told = "whose package is not installed here (source its workspace)"
+    except (AttributeError, ValueError):  # a package of another version, or a type that is not of ROS
+        told = "which is no message of a package that is installed here (source the workspace that has it)"
+    raise ConfigError(f"{topic} has type {kind}, {told}")
+
+
 def _list(node: Node, wait: float) -> int:
     end = time.monotonic() + wait
     while time.monotonic() < end:
         time.sleep(0.1)
-    for name, kind in sorted(_topics(node).items()):
-        nodes = ", ".join(sorted({info.node_name for info in node.get_publishers_info_by_topic(name)}))
-        print(f"{name:42} {kind:42} {nodes}")
+    for name, kinds in sorted(find_published(node).items()):
+        for kind, nodes in kinds.items():
+            print(f"{name:42} {kind:42} {', '.join(nodes)}")
     return 0
-
-
-def _topics(node: Node) -> dict[str, str]:
-    """Return type by name of the topics that somebody publishes."""
-    found = node.get_topic_names_and_types()
-    return {name: kinds[0] for name, kinds in found if node.count_publishers(name) > 0}
-
-
-def _await_type(node: Node, topic: str, wait: float) -> str:
-    end = time.monotonic() + wait
-    while time.monotonic() < end:
-        kind = _topics(node).get(topic, "")
-        if kind:
-            return kind
-        time.sleep(0.05)
-    return ""
-
-
-def _message_class(kind: str) -> Any:
-    package, folder, name = kind.split("/")
-    return getattr(importlib.import_module(f"{package}.{folder}"), name)
-
-
-def _offered(node: Node, topic: str) -> QoSProfile:
-    """Return a quality that every publisher of the topic can serve."""
-    offers = [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]
-    is_reliable = all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
-    is_latched = all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
-    return QoSProfile(
-        depth=DEPTH,
-        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE,
-    )

@@ -13,6 +13,7 @@ def message_class(kind: str) -> Any:
 
     Raises:
         ModuleNotFoundError: Its package is not installed.
+        AttributeError: The package that is installed has no such message.
     """
     package, folder, name = kind.split("/")
     return getattr(importlib.import_module(f"{package}.{folder}"), name)

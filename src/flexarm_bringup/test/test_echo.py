@@ -6,20 +6,26 @@ import re
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import yaml
 from flexarm_interfaces.msg import ControllerStatus, ModalState, SensorHealth
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 
 from flexarm_bringup.cli import CUT_OFF, INTERRUPTED, main
 from flexarm_bringup.display.segment_graph import SegmentGraph
 from flexarm_bringup.display.urdf import urdf
+from flexarm_bringup.echo_node import installed_class
 from flexarm_bringup.message_fields import pick, written
+from flexarm_bringup.published_node import await_types, find_offered, find_published
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 PUBLISHER = """
@@ -109,6 +115,67 @@ def test_a_domain_that_is_none_is_refused(
     assert main(["echo", "modal_state"]) == 2
     error = capsys.readouterr().err
     assert error == "flexarm echo: ROS_DOMAIN_ID: 'lab': expected a whole number, 0 to 232\n"
+
+
+def publisher(node: str, kind: str) -> SimpleNamespace:
+    """Return what rclpy tells of a publisher; those of std_msgs offer best effort only."""
+    offer = ReliabilityPolicy.BEST_EFFORT if kind.startswith("std_msgs") else ReliabilityPolicy.RELIABLE
+    return SimpleNamespace(
+        node_name=node, topic_type=kind, qos_profile=QoSProfile(depth=1, reliability=offer)
+    )
+
+
+STRAIN, NUMBERS = "flexarm_interfaces/msg/StrainArray", "std_msgs/msg/Float64MultiArray"
+SPOKEN = {
+    "/flexarm/strain": [publisher("lab_driver", NUMBERS)],
+    "/flexarm/joint_states": [],
+    "/flexarm/camera/tip": [publisher("b", NUMBERS), publisher("a", NUMBERS), publisher("rig", "a/msg/B")],
+}
+GRAPH: Any = SimpleNamespace(
+    get_topic_names_and_types=lambda: [(topic, [STRAIN, NUMBERS]) for topic in SPOKEN],
+    get_publishers_info_by_topic=lambda topic: SPOKEN.get(topic, []),
+)
+
+
+def test_a_topic_has_the_types_of_its_publishers_not_of_those_who_wait_for_another() -> None:
+    """The type that the estimator takes strain for was listed beside the name of the driver."""
+    assert find_published(GRAPH) == {
+        "/flexarm/strain": {NUMBERS: ["lab_driver"]},
+        "/flexarm/camera/tip": {"a/msg/B": ["rig"], NUMBERS: ["a", "b"]},
+    }
+    assert await_types(GRAPH, "/flexarm/strain", 1.0) == [NUMBERS]
+    assert await_types(GRAPH, "/flexarm/none", 0.0) == []
+
+
+def test_of_two_types_the_one_that_flexarm_has_for_the_topic_is_heard(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    topic, other = "/flexarm/strain", "a/msg/First"
+    both = [publisher("lab_driver", NUMBERS), publisher("toy", other), publisher("rig", STRAIN)]
+    monkeypatch.setitem(SPOKEN, topic, both)
+    assert await_types(GRAPH, topic, 1.0) == [STRAIN, other, NUMBERS]
+    monkeypatch.setitem(SPOKEN, "/lab/strain", both)
+    assert await_types(GRAPH, "/lab/strain", 1.0) == [other, STRAIN, NUMBERS]
+    assert find_offered(GRAPH, topic, STRAIN).reliability == ReliabilityPolicy.RELIABLE
+    assert find_offered(GRAPH, topic, NUMBERS).reliability == ReliabilityPolicy.BEST_EFFORT
+
+
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        ("no_such_msgs/msg/Force", "whose package is not installed here (source its workspace)"),
+        ("std_msgs/msg/Force", "which is no message of a package that is installed here"),
+        ("Force", "which is no message of a package that is installed here"),
+    ],
+)
+def test_a_type_that_is_not_installed_is_named_with_its_topic(kind: str, told: str) -> None:
+    """It was a traceback."""
+    with pytest.raises(ConfigError, match=re.escape(f"/lab/force has type {kind}, {told}")):
+        installed_class("/lab/force", kind)
+
+
+def test_a_type_that_is_installed_has_its_class() -> None:
+    assert installed_class("/lab/text", "std_msgs/msg/String") is String
 
 
 def echo(environment: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
