@@ -371,8 +371,10 @@ def test_a_band_that_begins_far_below_the_slowest_mode_is_told() -> None:
     """One mode of 40 Hz was up to five in a band from 2.5 Hz on, and one in a band from 20 Hz on."""
     modes = OutputModes(*np.full((4, 1), 9.0), np.ones((1, 1), complex), np.array([4]), 4, rings_down=False)
     far, near = (output_only._limits(modes, band) for band in ((1.4, 30.0), (5.0, 30.0)))
-    assert "may show as several" in far[0] and far[0].endswith("try --band 4.5 30")
+    assert "may show as several" in far[0] and far[0].endswith("look at it with --band 4.5 30")
     assert far[1:] == near
+    two = replace(modes, f_hz=np.array([2.0, 9.0]))  # of the strip, whose second mode showed twice
+    assert output_only._limits(two, (1.4, 30.0)) == far
     left_out = replace(modes, dropped=(Dropped(15.0, 0.104, 2, 4),))
     assert output_only._limits(left_out, (5.0, 30.0))[0].startswith(
         "15 Hz (10.4 % damping) is left out: the whole record shows it, but only 2 of its 4 parts"

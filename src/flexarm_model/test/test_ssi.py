@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from flexarm_model.identification.joined_tracks import lasting_modes
 from flexarm_model.identification.lscf import OrderPoles
-from flexarm_model.identification.ssi import _of_the_mean, output_modes
+from flexarm_model.identification.ssi import _about, _of_the_mean, output_modes
 from flexarm_model.modal.mac import mac
 from flexarm_model.modal.modes import normal_modes
 
@@ -73,6 +73,16 @@ def test_one_sigma_of_the_mean_of_few_values_holds_two_thirds_of_them(parts: int
     values[:, :parts] = np.random.default_rng(6).standard_normal((100_000, parts))
     inside = abs(values[:, :parts].mean(axis=1)) < _of_the_mean(values)
     assert np.mean(inside) == pytest.approx(0.683, abs=0.01)  # 0.50 of two without Student's factor
+
+
+def test_what_the_parts_contradict_is_as_uncertain_as_they_are_far_from_it() -> None:
+    """22.235 +- 0.023 Hz was told of 22 Hz, of which all four parts said 22.01 to 22.09."""
+    parts = np.array([[22.085, 22.080, 22.008, 22.086], [1.0, np.nan, np.nan, np.nan]])
+    sigma = _about(np.array([22.235, 1.1]), parts)
+    assert sigma[0] == pytest.approx(np.hypot(_of_the_mean(parts)[0], 22.235 - parts[0].mean()))
+    assert sigma[0] > 0.17 and not sigma[1] < np.inf
+    agreed = _about(np.nanmean(parts, axis=1), parts)
+    assert agreed[0] == pytest.approx(_of_the_mean(parts)[0])
 
 
 @pytest.mark.parametrize(("seconds", "noise"), [(20.0, 0.0), (60.0, 1e-3)])

@@ -21,7 +21,7 @@ PERCENT = 100.0
 LOWEST = 1 / 200  # of the rate: lower end of the band when nobody says
 USABLE = 1 / 2.56  # of the rate
 PARTS, CYCLES = 4, 42.0  # parts of the record at most; cycles of the slowest mode that one needs
-FAR = 6.0  # slowest mode over the begin of the band: the covariances reach over many of its periods
+FAR = 6.0  # a mode over the begin of the band: the covariances reach over many of its periods
 WHITE = "at least what a white excitation leaves of a record that long"
 RINGS_DOWN = "the record rings down: its parts are turns of it, not one after the other"
 STILL = 1e-12  # standard deviation over the largest value of a channel that does not move
@@ -111,17 +111,18 @@ def _modes(modes: OutputModes) -> Table:
     ]  # fmt: skip
     return Table("Modes", heads, rows, [
         "covariance-driven subspaces; a mode shows in the whole record and in most of its parts",
-        "± is that of the mean over the parts that show it, widened as they are few (Student); "
+        "± is that of the mean over the parts that show it, widened as they are few (Student), and how far "
+        "that mean is from the whole record; "
         + (RINGS_DOWN if modes.rings_down else WHITE),
     ])  # fmt: skip
 
 
 def _limits(modes: OutputModes, band: tuple[float, float]) -> list[str]:
-    far = modes.f_hz.size and modes.f_hz[0] > FAR * band[0]
     below = [
-        f"the slowest mode lies far above the {band[0]:.3g} Hz at which the band begins: one mode may show "
-        f"as several then, of less damping; try --band {modes.f_hz[0] / 2:.3g} {band[1]:.4g}"
-    ] if far else []  # fmt: skip
+        f"{f:.4g} Hz lies far above the {band[0]:.3g} Hz at which the band begins: one mode may show as "
+        f"several then, of less damping; look at it with --band {f / 2:.3g} {band[1]:.4g}"
+        for f in modes.f_hz if f > FAR * band[0]
+    ]  # fmt: skip
     dropped = [
         f"{mode.f_hz:.4g} Hz ({PERCENT * mode.zeta:.3g} % damping) is left out: the whole record shows it, "
         f"but only {mode.parts} of its {mode.of_parts} parts"

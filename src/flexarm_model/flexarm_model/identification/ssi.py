@@ -9,8 +9,9 @@ A singular value decomposition gives ``O`` for every order at once. Every ``R_i`
 where something rings down, ``x_{k+1} = A x_k``, it is ``C A^i <x_k y_k'>``, so that its modes come out, too.
 
 The uncertainty is that of the mean over parts of the record, widened by Student's factor for as few as they
-are. Two or three of them may agree by chance: of a white excitation it is never below what no method can do
-better, from all of the record's T seconds [Au2014], the same number for frequency and damping::
+are, and how far that mean is from the whole record's value. Two or three of them may agree by chance: of a
+white excitation it is never below what no method can do better, from all of the record's T seconds [Au2014],
+the same number for frequency and damping::
 
     sigma_f / f = sigma_zeta = sqrt(zeta / (2 pi f T))
 
@@ -120,7 +121,7 @@ def output_modes(
                 spread[:, i, part] = f_part[near], zeta_part[near]
     shown = np.isfinite(spread[0]).sum(axis=1)
     there = shown > MOST_PARTS * parts
-    std = _of_the_mean(spread)
+    std = _about(np.stack([f, zeta]), spread)
     if not decays:
         white = np.sqrt(zeta / (2 * np.pi * f * len(y) / rate_hz))
         std = np.maximum(std, [f * white, white])
@@ -154,6 +155,16 @@ def _of_the_mean(values: Array) -> Array:
     squares = np.nansum((values - mean[..., None]) ** 2, axis=-1)
     few = scipy.special.stdtrit(count - 1, scipy.special.ndtr(1.0))  # Student's factor
     return np.asarray(few * np.sqrt(squares / np.maximum(count * (count - 1), 1)))
+
+
+def _about(told: Array, values: Array) -> Array:
+    """Return one sigma of what is told of the whole, (...,), by few values of parts, (..., n).
+
+    It is that of their mean, and how far this is from what is told: parts that contradict it are no proof.
+    """
+    count = np.isfinite(values).sum(axis=-1)
+    mean = np.nansum(values, axis=-1) / np.maximum(count, 1)
+    return np.asarray(np.hypot(_of_the_mean(values), np.where(count > 0, told - mean, 0.0)))
 
 
 def _modes(

@@ -1,9 +1,10 @@
-"""What axial loads of imported bodies would change of the modes: these bodies have no geometric stiffness.
+"""What axial loads of bodies without geometric stiffness would change of the modes.
 
-At rest wrenches ``w`` on its interfaces bend such a body. With shapes ``N`` of the interfaces and
-frequencies ``omega_b`` of its own modes they are the best fit of ``omega_b^2 eta = N' w``. Along the length
-``L`` from its root the force on an interface has the part ``P``, tension positive. A mode that moves the
-interface by ``u`` across that, at a slope ``s``, in the frame of the root, then stores half of::
+That is every body from a file of finite elements, and one of SID data without second-order fields. At rest
+wrenches ``w`` on its interfaces bend such a body. With shapes ``N`` of the interfaces and frequencies
+``omega_b`` of its own modes they are the best fit of ``omega_b^2 eta = N' w``. Along the length ``L`` from its
+root the force on an interface has the part ``P``, tension positive. A mode that moves the interface by ``u``
+across that, at a slope ``s``, in the frame of the root, then stores half of::
 
     P int y'^2 dx = P / (30 L) (36 u^2 - 6 L u s + 4 L^2 s^2)
 
@@ -18,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.bodies.superelement import Superelement
-from flexarm_model.manipulator.imported_body import ImportedBody
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.tree.reduced_tree import ReducedTree
 
@@ -29,7 +29,7 @@ MATTERS = 0.02  # of a mode's stiffness: one per cent of its frequency
 
 
 def describe_axial_loads(tree: ReducedTree, model: ReducedModel) -> tuple[str, ...]:
-    """Return a sentence on the mode that axial loads of imported bodies would change most, if noticeably.
+    """Return a sentence on the mode that such axial loads would change most, if noticeably.
 
     Args:
         tree: The arm.
@@ -42,13 +42,13 @@ def describe_axial_loads(tree: ReducedTree, model: ReducedModel) -> tuple[str, .
     k = int(np.argmax(abs(of_all)))
     names = ", ".join(f"'{name}'" for name, share in shares.items() if abs(share[k]) > MATTERS / len(shares))
     return (
-        f"imported bodies have no geometric stiffness: what {names} bears at rest here would change the "
-        f"stiffness of mode {k + 1} by about {PERCENT * of_all[k]:+.0f} %; describe slender bodies as beams",
+        f"bodies without geometric stiffness: what {names} bears at rest here would change the stiffness of "
+        f"mode {k + 1} by about {PERCENT * of_all[k]:+.0f} %; describe slender bodies as beams",
     )
 
 
 def axial_shares(tree: ReducedTree, model: ReducedModel) -> dict[str, Array]:
-    """Return the share of every mode's stiffness that axial loads of imported bodies would make, by body.
+    """Return the share of every mode's stiffness that axial loads of such bodies would make, by body.
 
     It is 0 of a body that keeps too few modes to tell its loads: the static ones of its interfaces do.
 
@@ -62,7 +62,7 @@ def axial_shares(tree: ReducedTree, model: ReducedModel) -> dict[str, Array]:
     config, shares = tree.config, {}
     refs = {ref for joint in (*config.joints, *config.closures) for ref in (joint.parent, joint.child)}
     for name, body in tree.bodies.items():
-        if isinstance(config.bodies[name], ImportedBody):
+        if not _has_geometric_stiffness(body):
             nodes = sorted({ref.node for ref in refs if ref.body == name and ref.node != "root"})
             rows = list(tree.elastic_coordinates(name))
             phi = model.Phi[rows][:, len(model.theta_names) :]  # (n, n_eta)
@@ -71,6 +71,11 @@ def axial_shares(tree: ReducedTree, model: ReducedModel) -> dict[str, Array]:
                 energy += _energy(body, node, force, phi)
             shares[name] = energy / model.omega**2
     return shares
+
+
+def _has_geometric_stiffness(body: Superelement) -> bool:
+    """Return whether loads along a body change its stiffness, or it has none that could change."""
+    return not body.n or bool(body.pairs) or any(node.G.any() for node in body.nodes.values())
 
 
 def _forces(body: Superelement, nodes: list[str], eta: Array) -> list[Array]:
