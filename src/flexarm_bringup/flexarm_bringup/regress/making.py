@@ -22,6 +22,7 @@ from flexarm_bringup.regress.pinned import Pinned, pin
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
 from flexarm_bringup.regress.replacing import finish_replacing, replace_golden
 from flexarm_bringup.regress.settings_check import check_settings
+from flexarm_bringup.regress.tolerance_check import check_tolerances
 from flexarm_bringup.replaying.compare import TOLERANCES, Divergence
 from flexarm_bringup.replaying.replay_bag import NEEDED, configuration
 from flexarm_bringup.tick_check import check_ticks
@@ -111,7 +112,7 @@ def update_case(folder: Path) -> Renewal:
     The recorded bag stays as it is: it must still be the one that the case was made with. Where nothing
     moved nothing is written.
 
-    Tolerances that were changed since the last review are accepted.
+    Tolerances that were changed since the last review are accepted, if each holds for some field.
 
     Raises:
         BagError, ConfigError, ParameterError: The case cannot be judged.
@@ -119,6 +120,7 @@ def update_case(folder: Path) -> Renewal:
     """
     finish_replacing(folder)
     opened = open_case(folder)
+    check_tolerances(opened.case)
     played = _faultless(outcome := play(opened.bag))
     golden, case = opened.golden, opened.case
     moved = find_moved(golden, played, topics_of(golden, played), case.tolerances)
