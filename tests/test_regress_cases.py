@@ -199,6 +199,15 @@ def test_expectations_that_are_not_understood_end_with_2_and_one_line(
         (("--new", "x", "--from", "nowhere"), "nowhere: no such folder"),
         (("--new", "x", "--from", str(GOLDEN / "bag"), "--settings", "{"), "--settings: is not JSON"),
         (("--new", "x", "--from", str(GOLDEN / "bag"), "--settings", "[]"), "expected parameters by node"),
+        (
+            ("--new", "x", "--from", "y", "--settings", '{"controller": {"law": "pd"}, "controller": {}}'),
+            "--settings: key 'controller' is given twice; give it once",
+        ),
+        (
+            ("--new", "x", "--from", "y", "--settings", '{"controller": {"law": "pd", "law": "lqr"}}'),
+            "--settings: key 'law' is given twice; give it once",
+        ),
+        (("--new", "x", "--from", "y", "--settings", "[" * 100_000), "--settings: is nested too deeply"),
         (("--new", "x", "--from", "y", "--preset", "geared"), "--preset: 'geared': needs --manipulator"),
         (("--new", str(GOLDEN), "--from", str(GOLDEN / "bag")), "exists already"),
     ],

@@ -94,12 +94,30 @@ def _check_arguments(args: argparse.Namespace) -> None:
             f"--preset: '{args.preset}': needs --manipulator; without one, it is as the bag says"
         )
     if args.settings:
-        try:
-            settings = json.loads(args.settings)
-        except ValueError as error:
-            raise ValueError(f"--settings: is not JSON: {error}") from None
-        if not are_by_node(settings):
-            raise ValueError(f"--settings: {args.settings}: expected {BY_NODE}")
+        _refuse_settings(args.settings)
+
+
+def _refuse_settings(text: str) -> None:
+    """Refuse settings that are no JSON, not by node, or say a thing twice, of which one would hold."""
+    try:
+        settings = json.loads(text, object_pairs_hook=_once)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"--settings: is not JSON: {error}") from None
+    except ValueError as error:
+        raise ValueError(f"--settings: {error}") from None
+    except RecursionError:
+        raise ValueError(f"--settings: is nested too deeply; expected {BY_NODE}") from None
+    if not are_by_node(settings):
+        raise ValueError(f"--settings: {text}: expected {BY_NODE}")
+
+
+def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """Return a mapping of JSON; ValueError where a key is given twice."""
+    names = [name for name, _ in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"key '{name}' is given twice; give it once")
+    return dict(pairs)
 
 
 def _draw(args: argparse.Namespace, verdicts: list[Verdict]) -> int:
