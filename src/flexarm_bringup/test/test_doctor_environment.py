@@ -18,6 +18,8 @@ from flexarm_bringup.doctor.keys import BESIDE, STARTED, look_at_security
 from flexarm_bringup.doctor.middleware import look_at_middleware
 from flexarm_bringup.doctor.network import look_at_network
 from flexarm_bringup.doctor.places import look_at_places
+from flexarm_bringup.doctor.profiles import find_unreadable
+from flexarm_bringup.processes.surroundings import PROFILES, defaults
 from flexarm_model.process.enclave_keys import FILES
 
 RANGE, LOCAL, PEERS = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS"
@@ -84,11 +86,49 @@ def test_without_any_middleware_it_is_said_how_to_get_one() -> None:
 
 @pytest.mark.parametrize("name", ["FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE"])
 def test_profiles_that_are_not_there_are_named(name: str, prefix: dict[str, str], tmp_path: Path) -> None:
-    (tmp_path / "mine.xml").write_text("")
-    assert not told(look_at_middleware(prefix | {name: str(tmp_path / "mine.xml")}))
     ((verdict, text, cure),) = told(look_at_middleware(prefix | {name: str(tmp_path)}))
     assert (verdict, text.startswith(f"{name}: '{tmp_path}': no such file")) == ("FAULT", True)
-    assert cure == f"unset {name}, or name a file"
+    assert cure == f"unset {name}, or name a file of profiles"
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("garbage <", "it is no XML (syntax error: line 1, column 0)"),
+        ("", "it is no XML (no element found: line 1, column 0)"),
+        ("<dds><profiles></dds>", "it is no XML (mismatched tag: line 1, column 17)"),
+        ("<dds/>more", "it is no XML (junk after document element: line 1, column 6)"),
+        ("<participant/>", "it begins with <participant>, expected <dds>, <profiles>, "),
+        ("<x:dds xmlns:x='y'/>", "it begins with <x:dds>, expected <dds>, <profiles>, "),
+    ],
+)
+def test_profiles_that_fast_dds_cannot_read_are_a_fault(
+    content: str, reason: str, prefix: dict[str, str], tmp_path: Path
+) -> None:
+    """Nothing was said of them, and flexarm left its own settings out."""
+    path = tmp_path / "mine.xml"
+    path.write_text(content)
+    ((verdict, text, _),) = told(look_at_middleware(prefix | {PROFILES: str(path)}))
+    assert (verdict, text.startswith(f"{PROFILES}: '{path}': {reason}")) == ("FAULT", True), text
+    assert "flexarm leaves its own settings of the middleware out for it" in text
+
+
+@pytest.mark.parametrize("content", ["<dds/>", "<profiles/>", "<dds xmlns='http://a'><log/></dds>"])
+def test_profiles_of_the_user_are_told_to_put_those_of_flexarm_off(
+    content: str, prefix: dict[str, str], tmp_path: Path
+) -> None:
+    path = tmp_path / "mine.xml"
+    path.write_text(content)
+    ((verdict, text, cure),) = told(look_at_middleware(prefix | {PROFILES: str(path)}))
+    assert (verdict, cure) == ("hint", f"right where you mean it, else unset {PROFILES}")
+    assert text == f"{PROFILES}: '{path}': flexarm leaves its own settings of the middleware out for it"
+
+
+def test_profiles_of_flexarm_itself_are_nothing_to_tell(prefix: dict[str, str]) -> None:
+    """Who starts nodes by hand names them."""
+    found = defaults({})[PROFILES]
+    assert not find_unreadable(Path(found))
+    assert not told(look_at_middleware(prefix | {PROFILES: found}))
 
 
 ANYBODY, DEPRECATED = (

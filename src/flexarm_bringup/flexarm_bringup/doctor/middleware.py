@@ -6,8 +6,8 @@ import os
 from collections.abc import Iterator, Mapping
 
 from flexarm_bringup.doctor.finding import Finding
+from flexarm_bringup.doctor.profiles import look_at_profiles
 from flexarm_bringup.installed import middlewares
-from flexarm_bringup.processes.surroundings import PROFILE_VARIABLES
 
 CHOICE = "RMW_IMPLEMENTATION"
 WISHES = (CHOICE, "RCL_ASSERT_RMW_ID_MATCHES")  # rcl ends the process where one is not what it found
@@ -17,7 +17,7 @@ SUBJECT = "middleware"
 def look_at_middleware(environment: Mapping[str, str] = os.environ) -> Iterator[Finding]:
     """Yield whether there is the one that is asked for, and the files of profiles that are named."""
     yield _implementation(environment)
-    yield from _profiles(environment)
+    yield from look_at_profiles(environment)
 
 
 def _implementation(environment: Mapping[str, str]) -> Finding:
@@ -40,11 +40,3 @@ def _implementation(environment: Mapping[str, str]) -> Finding:
         differ = " and ".join(f"{name}: '{value}'" for name, value in wanted.items())
         return Finding("FAULT", SUBJECT, f"{differ}: ROS starts nothing", f"unset {WISHES[1]}")
     return Finding("ok", SUBJECT, f"{environment.get(CHOICE) or 'that which ROS takes by itself'}; {told}")
-
-
-def _profiles(environment: Mapping[str, str]) -> Iterator[Finding]:
-    for name in PROFILE_VARIABLES:
-        value = environment.get(name)
-        if value and not os.path.isfile(value):
-            means = "no such file, and flexarm leaves its own settings of the middleware out for it"
-            yield Finding("FAULT", "profiles", f"{name}: '{value}': {means}", f"unset {name}, or name a file")
