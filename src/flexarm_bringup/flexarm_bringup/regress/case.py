@@ -46,7 +46,7 @@ class Case:
         bag: What was recorded.
         golden: What came of it.
         tolerances: The first that fits a field holds.
-        manipulator: Name or file; empty: the description kept in the bag.
+        manipulator: Name, or file by its path from ``folder``; empty: the description kept in the bag.
         preset: Of that manipulator.
         settings: Parameters of the nodes over those kept in the bag, by node, as JSON; empty: none.
         markers: Marks that pytest gives the case.

@@ -18,6 +18,7 @@ from flexarm_bringup.bags.cdr import NS_PER_S
 from flexarm_bringup.regress.case import BAG, GOLDEN, Case, read_case, write_case
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.judge import compare, open_case
+from flexarm_bringup.regress.named_arm import name_from
 from flexarm_bringup.regress.pinned import Pinned, pin
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
 from flexarm_bringup.regress.replacing import finish_replacing, replace_golden
@@ -38,7 +39,8 @@ class Source:
     Attributes:
         bag: Folder of any bag that can be replayed.
         about: What it is, for the reader.
-        manipulator, preset, settings: See ``Case``; empty: what the bag says.
+        manipulator: Name or file, by its path from the working directory; empty: what the bag says.
+        preset, settings: See ``Case``; empty: what the bag says.
         until: Only messages logged before this time after the first are kept [s]; infinite: all.
         markers: Marks that pytest gives the case.
     """
@@ -87,12 +89,13 @@ def make_case(folder: Path, source: Source) -> Case:
     if folder.exists():
         raise BagError(f"{folder} exists already; `--update` renews what a case expects")
     refuse_inside(folder, source.bag)
+    manipulator = source.manipulator and name_from(folder, source.manipulator)
     try:
         bag = _bring(check_bag(source.bag, NEEDED), folder / BAG, source.until)
         unset = Pinned(folder / GOLDEN, {}, {})
         draft = Case(
             folder, source.about, pin(bag), unset, TOLERANCES,
-            source.manipulator, source.preset, source.settings, source.markers,
+            manipulator, source.preset, source.settings, source.markers,
         )  # fmt: skip
         bag = replace(configured(bag, draft), path=source.bag)  # nobody knows the copy
         configuration(bag)

@@ -23,11 +23,11 @@ from flexarm_bringup.conversions import deserialise, serialise
 from flexarm_bringup.provenance import git_hash
 from flexarm_bringup.regress.case import Case
 from flexarm_bringup.regress.case_settings import lay_over
+from flexarm_bringup.regress.named_arm import arm_of
 from flexarm_bringup.replaying.replay_bag import OUTPUTS, configuration, replay
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.conversions import model_to_msg, stamp_to_ns
 from flexarm_model.manipulator.start_pose import starting_at
-from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
 from flexarm_model.served.parameters_of_model import parameters_of
 from flexarm_model.settings.parameters import ParameterError
@@ -52,8 +52,7 @@ def configured(bag: Bag, case: Case) -> Bag:
     said: dict[str, str] = {}
     described_by = bag.described_by
     if case.manipulator:
-        beside = case.folder / case.manipulator
-        path = described_by = beside if beside.is_file() else find_manipulator(case.manipulator)
+        path = described_by = arm_of(case)
         said |= {"manipulator": path.stem, "description": path.read_text(encoding="utf8")}
         said |= {"preset": case.preset, "settings": bag.custom.get("settings", "{}")}
     if case.settings:
