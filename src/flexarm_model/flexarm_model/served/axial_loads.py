@@ -2,9 +2,9 @@
 
 That is every body from a file of finite elements, and one of SID data without second-order fields. At rest
 wrenches ``w`` on its interfaces bend such a body. With shapes ``N`` of the interfaces and frequencies
-``omega_b`` of its own modes they are the best fit of ``omega_b^2 eta = N' w``. Along the length ``L`` from its
-root the force on an interface has the part ``P``, tension positive. A mode that moves the interface by ``u``
-across that, at a slope ``s``, in the frame of the root, then stores half of::
+``omega_b`` of its own modes they are the best fit of ``omega_b^2 eta = N' w``. Along the length ``L`` from
+its root the force on an interface has the part ``P``, tension positive. A mode that moves the interface by
+``u`` across that, at a slope ``s``, in the frame of the root, then stores half of::
 
     P int y'^2 dx = P / (30 L) (36 u^2 - 6 L u s + 4 L^2 s^2)
 
