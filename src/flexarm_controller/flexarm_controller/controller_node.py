@@ -204,7 +204,7 @@ class ControllerNode(ManagedNode):
             "controller_status": self.create_publisher(ControllerStatus, "controller_status", LOCKSTEP_QOS),
         }
         for topic, kind in (("controller_debug", ControllerDebug), ("predicted", JointTrajectory)):
-            self._outlets[topic] = self.create_publisher(kind, topic, RELIABLE_QOS)
+            self._outlets[topic] = self.create_publisher(kind, topic, quality)
         self._outlets["feedback_gains"] = self.create_publisher(FeedbackGains, "feedback_gains", quality)
         self._outlets.update(self._goals.outlets)
         self._halt = self.create_publisher(Empty, "stop", RELIABLE_QOS)
