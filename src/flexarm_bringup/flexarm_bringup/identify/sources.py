@@ -190,8 +190,7 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
             [r[: cut.used] for r in _instruments(runs)],
         )
         undriven = undriven_lines(blocks, cut.reach)
-        measured = without_lines(blocks.frf(estimator, first.kind), undriven)
-        responses = _responses(measured, first)
+        responses = _responses(without_lines(blocks.frf(estimator, first.kind), undriven), first)
     except ValueError as error:
         raise SourceError(str(error)) from error
     count = len(blocks.spectra)
@@ -210,12 +209,8 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
     is_fed_back = any(run.is_of_moves or run.instruments for run in records)
     fed_back = (UNDER_FEEDBACK,) if is_fed_back and estimator != BY_INSTRUMENT else ()
     lobe = main_lobe(settings.window) if settings.window != BOXCAR else 0.0
-    told = (
-        *few,
-        *cut.remarks,
-        *fed_back,
-        *dict.fromkeys(remark for run in records for remark in run.remarks),
-    )
+    own = dict.fromkeys(remark for run in records for remark in run.remarks)
+    told = (*few, *cut.remarks, *fed_back, *own)
     return Source(
         responses, None if few else draw, estimator, lobe, told, tuple(records), first.rate_hz,
         (tuple(records),),
