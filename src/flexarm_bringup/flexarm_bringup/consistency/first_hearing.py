@@ -23,7 +23,7 @@ class OutOfUse:
     Attributes:
         reason: Why, at first.
         begin, end: When for the first and for the last time [s].
-        steps: How often, of ``of``.
+        steps: In how many steps of the estimator [1].
     """
 
     reason: str
